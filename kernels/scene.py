@@ -1,0 +1,160 @@
+"""What a solver is given: water, receivers, occluders, suns. Arrays in, no Blender.
+
+Meshes are world space, metres, float64; triangles index vertices and are wound counter-clockwise seen from the side
+that the normals point to.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+WATER_IOR = 1.333
+
+
+def _check(name, array, *tail):
+    """Raise ValueError unless `array` is (n, *tail)."""
+    if array.ndim != 1 + len(tail) or array.shape[1:] != tail:
+        wanted = ", ".join(["n", *map(str, tail)])
+        raise ValueError(f"{name} must have shape ({wanted}), got {array.shape}")
+
+
+def _check_index(name, index, count):
+    """Raise ValueError unless all of `index` lies in [0, count)."""
+    if len(index) and (index.min() < 0 or index.max() >= count):
+        raise ValueError(f"{name} must lie in [0, {count}), got {index.min()} to {index.max()}")
+
+
+@dataclass(frozen=True)
+class Water:
+    """The refracting surface of one frame.
+
+    positions (V,3) [m]; triangles (T,3) int into positions; normals (N,3), as shaded, unit; normal_triangles (T,3) int
+    into normals: the same array as `triangles` for smooth shading, a row of its own per face or corner otherwise;
+    twins (3T,) int from `halfedges.build_twins`. Raises ValueError for shapes and indices that do not fit.
+    """
+
+    name: str
+    positions: np.ndarray
+    triangles: np.ndarray
+    normals: np.ndarray
+    normal_triangles: np.ndarray
+    twins: np.ndarray
+
+    def __post_init__(self):
+        _check("positions", self.positions, 3)
+        _check("triangles", self.triangles, 3)
+        _check("normals", self.normals, 3)
+        _check("normal_triangles", self.normal_triangles, 3)
+        _check_index("triangles", self.triangles, len(self.positions))
+        _check_index("normal_triangles", self.normal_triangles, len(self.normals))
+        if len(self.normal_triangles) != len(self.triangles):
+            raise ValueError(
+                f"normal_triangles must have shape {self.triangles.shape}, got {self.normal_triangles.shape}"
+            )
+        if self.twins.shape != (3 * len(self.triangles),):
+            raise ValueError(f"twins must have shape ({3 * len(self.triangles)},), got {self.twins.shape}")
+
+
+@dataclass(frozen=True)
+class Receiver:
+    """A mesh that takes the light: positions (V,3) [m]; triangles (T,3); uvs (T,3,2), one per corner."""
+
+    name: str
+    positions: np.ndarray
+    triangles: np.ndarray
+    uvs: np.ndarray
+
+    def __post_init__(self):
+        _check("positions", self.positions, 3)
+        _check("triangles", self.triangles, 3)
+        _check("uvs", self.uvs, 3, 2)
+        _check_index("triangles", self.triangles, len(self.positions))
+        if len(self.uvs) != len(self.triangles):
+            raise ValueError(f"uvs must have shape ({len(self.triangles)}, 3, 2), got {self.uvs.shape}")
+
+
+@dataclass(frozen=True)
+class Occluder:
+    """A mesh that only blocks light: positions (V,3) [m]; triangles (T,3)."""
+
+    name: str
+    positions: np.ndarray
+    triangles: np.ndarray
+
+    def __post_init__(self):
+        _check("positions", self.positions, 3)
+        _check("triangles", self.triangles, 3)
+        _check_index("triangles", self.triangles, len(self.positions))
+
+
+@dataclass(frozen=True)
+class Sun:
+    """Parallel light: direction (3,) of travel, irradiance (3,) RGB [W/m^2] across the rays, angle of the disc [rad]."""
+
+    name: str
+    direction: np.ndarray
+    irradiance: np.ndarray
+    angle: float = 0.0
+
+    def __post_init__(self):
+        length = np.linalg.norm(self.direction)
+        if np.shape(self.direction) != (3,) or not abs(length - 1.0) < 1e-6:
+            raise ValueError(f"direction must be a unit vector of shape (3,), got {self.direction}")
+        if np.shape(self.irradiance) != (3,):
+            raise ValueError(f"irradiance must have shape (3,), got {np.shape(self.irradiance)}")
+
+
+@dataclass(frozen=True)
+class Scene:
+    """All that one frame needs. Receivers block light too; the water blocks none."""
+
+    water: Water
+    receivers: tuple[Receiver, ...]
+    occluders: tuple[Occluder, ...]
+    suns: tuple[Sun, ...]
+    eta: float = WATER_IOR
+
+
+@dataclass(frozen=True)
+class Settings:
+    """method: a key of `methods.METHODS`, or "auto"; tolerance: relative mean squared error that is good enough;
+    resolution: texels along each side of a lightmap; padding: texels that a chart is grown by; seed of the strata."""
+
+    method: str = "auto"
+    tolerance: float = 0.01
+    resolution: int = 512
+    padding: int = 4
+    seed: int = 0
+
+
+@dataclass
+class Diagnostics:
+    """What a solver says of its work; the same for every method, and what bake.json holds.
+
+    seconds: stage -> s. flux_in (3,) [W] on the water's lit side; flux_received: receiver -> (3,) [W]; flux_lost:
+    cause -> (3,) [W]. texels: status -> count. paths: outcome -> count. estimated_error: relative mean squared error,
+    None where the method has no estimate. left_out: sentences on what the result does not contain.
+    """
+
+    method: str
+    reason: str
+    seconds: dict[str, float] = field(default_factory=dict)
+    flux_in: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    flux_received: dict[str, np.ndarray] = field(default_factory=dict)
+    flux_lost: dict[str, np.ndarray] = field(default_factory=dict)
+    texels: dict[str, int] = field(default_factory=dict)
+    paths: dict[str, int] = field(default_factory=dict)
+    estimated_error: float | None = None
+    left_out: list[str] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Solution:
+    """images: per receiver (H,W,3) float64 irradiance [W/m^2], row 0 at v = 0, padded past chart borders;
+    status: per receiver (H,W) uint8, see `status.py`; diagnostics."""
+
+    images: tuple[np.ndarray, ...]
+    status: tuple[np.ndarray, ...]
+    diagnostics: Diagnostics
