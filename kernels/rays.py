@@ -1,0 +1,58 @@
+"""The one door to embreex: which triangle a ray meets first, and whether anything stands in its way.
+
+Embree works in float32. Coordinates are moved to the middle of the mesh before they are rounded, and what is wanted
+exactly - the point of the hit - is computed again in float64 by the caller from the triangle that is returned.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from embreex.mesh_construction import TriangleMesh
+from embreex.rtcore_scene import EmbreeScene
+
+MISS = -1
+
+
+class Tracer:
+    """Rays against one triangle soup: positions (V,3), triangles (T,3). No triangle at all is a scene that all miss."""
+
+    def __init__(self, positions, triangles):
+        self.count = len(triangles)
+        if not self.count:
+            return
+        used = positions[np.unique(triangles)]
+        self.centre = (used.min(0) + used.max(0)) / 2
+        self.extent = float(np.linalg.norm(used.max(0) - used.min(0)))
+        self._scene = EmbreeScene()
+        TriangleMesh(self._scene, self._rounded(positions), np.ascontiguousarray(triangles, np.int32))
+
+    def first(self, origins, directions):
+        """Index (n,) of the first triangle that rays from origins (n,3) along directions (n,3) meet, MISS for none."""
+        if not self.count or not len(origins):
+            return np.full(len(origins), MISS, np.int32)
+        return self._scene.run(self._rounded(origins), np.ascontiguousarray(directions, np.float32))
+
+    def blocked(self, origins, directions, distances=np.inf):
+        """Whether (n,) a triangle lies within `distances` along unit directions from origins.
+
+        The far end is pulled in by the rounding of float32, so that the surface a ray ends on does not block it.
+        """
+        if not self.count or not len(origins):
+            return np.zeros(len(origins), bool)
+        far = np.full(len(origins), 1e30) if np.ndim(distances) == 0 else distances - 2e-5 * self.extent
+        far = np.clip(far, 0, 1e30).astype(np.float32)
+        directions = np.ascontiguousarray(directions, np.float32)
+        return self._scene.run(self._rounded(origins), directions, dists=far, query="OCCLUDED") != MISS
+
+    def _rounded(self, points):
+        return np.ascontiguousarray(points - self.centre, np.float32)
+
+
+def soup(meshes):
+    """Join meshes with `positions` and `triangles` into one: (positions, triangles)."""
+    meshes = tuple(meshes)
+    if not meshes:
+        return np.zeros((0, 3)), np.zeros((0, 3), np.int64)
+    base = np.cumsum([0, *(len(mesh.positions) for mesh in meshes)])
+    triangles = [mesh.triangles + start for mesh, start in zip(meshes, base, strict=False)]
+    return np.concatenate([mesh.positions for mesh in meshes]), np.concatenate(triangles)
