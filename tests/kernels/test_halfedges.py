@@ -22,10 +22,10 @@ def octahedron(times):
     """A closed sphere: an octahedron, each triangle cut in four `times` times."""
     triangles = [(0, 2, 4), (2, 1, 4), (1, 3, 4), (3, 0, 4), (2, 0, 5), (1, 2, 5), (3, 1, 5), (0, 3, 5)]
     for _ in range(times):
-        middles = defaultdict(lambda start=1 + max(map(max, triangles)): start + len(middles))
-        fine = []
+        count, middles, fine = 1 + max(map(max, triangles)), {}, []
         for a, b, c in triangles:
-            ab, bc, ca = (middles[frozenset(edge)] for edge in ((a, b), (b, c), (c, a)))
+            edges = map(frozenset, ((a, b), (b, c), (c, a)))
+            ab, bc, ca = (middles.setdefault(edge, count + len(middles)) for edge in edges)
             fine += [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
         triangles = fine
     return np.array(triangles)

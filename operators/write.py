@@ -1,0 +1,135 @@
+"""Images and records on disk: whole or not at all.
+
+A file is written beside its place under a hidden name, synced, and then put in place by one rename. A write that fails
+leaves no file of its own, and the file of an earlier bake as it was.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import json
+import math
+import os
+import zlib
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from .errors import DappleError
+
+_FORBIDDEN = frozenset('<>:"/\\|?*')
+_DEVICES = frozenset(["CON", "PRN", "AUX", "NUL"] + [f"{port}{n}" for port in ("COM", "LPT") for n in range(1, 10)])
+
+
+def folder_name(object_name):
+    """The folder of an object's maps: its name, or where no file system would take that, a cleaned one with a mark.
+
+    The mark is a checksum of the name, so that objects "a/b" and "a:b" do not share a folder.
+    """
+    legal = not any(c in _FORBIDDEN or ord(c) < 32 for c in object_name) and object_name[-1:] not in (".", " ", "")
+    if legal and object_name.split(".")[0].upper() not in _DEVICES:
+        return object_name
+    return f"{bpy.path.clean_name(object_name)}-{zlib.crc32(object_name.encode()):08x}"
+
+
+def map_path(out, object_name, frame):
+    """Where the lightmap of one object and frame lies."""
+    return Path(out) / folder_name(object_name) / f"caustics_{frame:04d}.exr"
+
+
+def write_exr(path, image):
+    """Write image (H,W,3), row 0 at v = 0, as linear RGB in float32, exactly.
+
+    Raises DappleError where the disk does not take it, ValueError for another shape and for values that are not finite.
+    """
+    if image.ndim != 3 or image.shape[2] != 3:
+        raise ValueError(f"image must have shape (height, width, 3), got {image.shape}")
+    pixels = np.ones((*image.shape[:2], 4), dtype=np.float32)
+    pixels[..., :3] = image
+    if not np.isfinite(pixels).all():
+        raise ValueError(f"image must be finite, {np.count_nonzero(~np.isfinite(pixels))} values of it are not")
+    with _put_in_place(Path(path)) as partial:
+        _save_float_image(partial, pixels)
+
+
+def write_json(path, record):
+    """Write a dict; arrays become lists, numbers that are not finite null. Raises DappleError as write_exr does."""
+    text = json.dumps(_plain(record), indent=1, allow_nan=False)
+    with _put_in_place(Path(path)) as partial:
+        partial.write_text(text + "\n", encoding="utf-8")
+
+
+@contextlib.contextmanager
+def _put_in_place(path):
+    """Give a hidden name beside `path` to write to, and rename it to `path` once it is safely on the disk."""
+    partial = path.with_name(f".{path.stem}.partial{path.suffix}")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        yield partial
+        with partial.open("rb+") as written:
+            os.fsync(written.fileno())
+        os.replace(partial, path)
+    except OSError as error:
+        raise DappleError(_sentence(path, error)) from error
+    finally:
+        with contextlib.suppress(OSError):
+            partial.unlink()
+
+
+def _save_float_image(path, pixels):
+    """Save (H,W,4) float32 through Blender, in the one order of calls that keeps the values; OSError if it is short."""
+    height, width = pixels.shape[:2]
+    image = bpy.data.images.new(path.name, width, height, alpha=False, float_buffer=True)
+    try:
+        image.colorspace_settings.name = "Non-Color"
+        image.pixels.foreach_set(pixels.ravel())
+        image.file_format = "OPEN_EXR"
+        image.filepath_raw = str(path)
+        image.save()
+    except RuntimeError as error:
+        _write_plainly(path, pixels.nbytes)
+        raise OSError(errno.EIO, f"Blender said: {str(error).strip()}") from error
+    finally:
+        bpy.data.images.remove(image)
+    # On a disk that fills up Blender may print a line and go on.
+    if not path.exists() or path.stat().st_size < 3 * width * height * 4:
+        _write_plainly(path, pixels.nbytes)
+        raise OSError(errno.EIO, "Blender wrote a part of the image only")
+
+
+def _write_plainly(path, size):
+    """Write `size` bytes to learn from the system why Blender could not: raises its OSError."""
+    with path.open("wb") as trial:
+        trial.write(bytes(size))
+        trial.flush()
+        os.fsync(trial.fileno())
+
+
+def _sentence(path, error):
+    """What to tell the user of an OSError at `path`."""
+    if error.errno in (errno.ENOSPC, errno.EDQUOT):
+        why = "no space left on the disk; free some space or choose another folder"
+    elif error.errno == errno.EFBIG:
+        why = "the system allows no larger file; raise the limit or choose another folder"
+    elif error.errno in (errno.EACCES, errno.EPERM, errno.EROFS):
+        why = "writing is not allowed there; change the folder's permissions or choose another folder"
+    elif error.errno in (errno.ENOTDIR, errno.EEXIST):
+        why = "a part of this path is a file, not a folder; choose another folder"
+    else:
+        why = f"{error.strerror or error}; choose another folder"
+    return f"Could not write {path}: {why}."
+
+
+def _plain(value):
+    """What json can hold of dicts, sequences, arrays, paths and numbers."""
+    if isinstance(value, dict):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, (np.ndarray, np.generic)):
+        return _plain(value.tolist())
+    if isinstance(value, (list, tuple)):
+        return [_plain(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return str(value) if isinstance(value, Path) else value
