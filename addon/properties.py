@@ -1,0 +1,79 @@
+"""The settings that a scene keeps: `scene.dapple`."""
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
+
+METHODS = (
+    ("auto", "Automatic", "Take the cheapest method that meets the tolerance, and say which and why in bake.json"),
+    (
+        "photon_splat",
+        "Light Sheet",
+        "Follow the light from the water down and share every beam among the texels that it covers. "
+        "Finds all of the light and is quick: right for most water",
+    ),
+    (
+        "conic_walk",
+        "Path Search",
+        "Start at the texels and search for every way that light takes to them. "
+        "Slower; for extreme close-ups and to check the other method",
+    ),
+)
+
+
+def _is_mesh(_settings, candidate) -> bool:
+    return candidate.type == "MESH"
+
+
+class DappleSettings(bpy.types.PropertyGroup):
+    """What to bake, how well, and where to."""
+
+    water: PointerProperty(
+        name="Water",
+        description="The animated mesh that bends the sunlight. Its material gives the index of refraction",
+        type=bpy.types.Object,
+        poll=_is_mesh,
+    )
+    receivers: PointerProperty(
+        name="Receivers",
+        description="Collection of the meshes that the light falls on. Each gets a lightmap, laid out by its UV map",
+        type=bpy.types.Collection,
+    )
+    method: EnumProperty(name="Method", description="How the light is found", items=METHODS, default="auto")
+    resolution: IntProperty(
+        name="Resolution",
+        description="Texels along each side of a lightmap",
+        default=512,
+        min=16,
+        max=16384,
+        soft_max=4096,
+        subtype="PIXEL",
+    )
+    tolerance: FloatProperty(
+        name="Tolerance",
+        description="Relative mean squared error that is good enough. 0.01 is clean to the eye, 0.1 is a preview",
+        default=0.01,
+        min=1e-6,
+        max=1.0,
+        precision=4,
+        step=0.1,
+    )
+    padding: IntProperty(
+        name="Padding",
+        description="Texels that each UV island is grown by, so that no dark seam shows along its border",
+        default=4,
+        min=0,
+        max=64,
+        subtype="PIXEL",
+    )
+    use_scene_range: BoolProperty(
+        name="Scene Frame Range", description="Bake from the scene's first frame to its last", default=True
+    )
+    frame_start: IntProperty(name="Start", description="First frame of the bake", default=1, min=0, max=1048574)
+    frame_end: IntProperty(name="End", description="Last frame of the bake", default=48, min=0, max=1048574)
+    output: StringProperty(
+        name="Output",
+        description="Folder for the lightmaps: <receiver>/caustics_####.exr, irradiance in W/m². "
+        "// is the folder of the .blend file",
+        default="//caustics",
+        subtype="DIR_PATH",
+    )

@@ -1,0 +1,48 @@
+"""One ordered list of classes, the scene's settings and the command-line command."""
+
+from __future__ import annotations
+
+import bpy
+
+from ..operators.ops_attach import DAPPLE_OT_attach, DAPPLE_OT_detach
+from ..operators.ops_bake import DAPPLE_OT_bake_animation, DAPPLE_OT_bake_frame
+from .panels import DAPPLE_PT_bake, DAPPLE_PT_materials, DAPPLE_PT_quality
+from .properties import DappleSettings
+
+# A class that another one names comes before it: settings before the scene's pointer, parent panels before children.
+CLASSES = (
+    DappleSettings,
+    DAPPLE_OT_bake_frame,
+    DAPPLE_OT_bake_animation,
+    DAPPLE_OT_attach,
+    DAPPLE_OT_detach,
+    DAPPLE_PT_bake,
+    DAPPLE_PT_quality,
+    DAPPLE_PT_materials,
+)
+
+_register_classes, _unregister_classes = bpy.utils.register_classes_factory(CLASSES)
+_commands: list[object] = []
+
+
+def _command(argv: list[str]) -> int:
+    """Run `blender -b SCENE.blend --command dapple ...` and return its exit code."""
+    # Only a pipeline needs the command line: an artist's Blender starts without it.
+    from ..operators import cli
+
+    return cli.main(argv)
+
+
+def register() -> None:
+    """Add the classes, `Scene.dapple` and the command `dapple` to Blender."""
+    _register_classes()
+    bpy.types.Scene.dapple = bpy.props.PointerProperty(type=DappleSettings)
+    _commands.append(bpy.utils.register_cli_command("dapple", _command))
+
+
+def unregister() -> None:
+    """Take away what `register` added, last first."""
+    while _commands:
+        bpy.utils.unregister_cli_command(_commands.pop())
+    del bpy.types.Scene.dapple
+    _unregister_classes()

@@ -1,0 +1,124 @@
+"""Show the baked maps on the receivers, and take them off again.
+
+An object that shows its map has the custom property `attach_slots.SLOTS`; all that is added to the file is tagged, and
+found by its tags rather than by references, which an undo would break.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import bpy
+
+from . import attach_nodes, attach_shadow, attach_slots
+from .errors import DappleError
+from .write import folder_name
+
+IMAGE = "dapple_map"
+
+
+def attach(context: bpy.types.Context, receiver_names, out_dir, water_names=()) -> list[str]:
+    """Light the materials of each receiver by its maps in `out_dir`, and make the waters cast whole shadows.
+
+    Done twice it is as done once, with the maps read anew. Returns sentences on what the user should know. Raises
+    DappleError, before anything is changed, for an object that is missing or cannot be edited and for maps not found.
+    """
+    receivers = [_receiver(name) for name in receiver_names]
+    waters = [_object(name) for name in water_names]
+    maps = [_find_maps(receiver, Path(out_dir)) for receiver in receivers]
+    detach(context, receiver_names)
+    notes = []
+    for receiver, files in zip(receivers, maps, strict=True):
+        notes += _attach_one(receiver, files)
+    for water in waters:
+        attach_shadow.make_opaque(water)
+    return notes + attach_shadow.doubts(context.scene, waters)
+
+
+def detach(context: bpy.types.Context, receiver_names=None) -> list[str]:
+    """Take the maps off the receivers, off all objects of the file if None, and leave materials as they were.
+
+    With the last one the water's shadow goes back to what it was. Returns the names of the objects that showed a map.
+    """
+    attached = [obj for obj in bpy.data.objects if attach_slots.SLOTS in obj]
+    chosen = [obj for obj in attached if receiver_names is None or obj.name in receiver_names]
+    for obj in chosen:
+        for slot in obj.material_slots:
+            if slot.material and attach_slots.COPY not in slot.material and not slot.material.library:
+                attach_nodes.strip(slot.material.node_tree)
+        attach_slots.restore(obj)
+    for image in [image for image in bpy.data.images if IMAGE in image and image.users == 0]:
+        bpy.data.images.remove(image)
+    if len(chosen) == len(attached):
+        attach_shadow.restore()
+    return [obj.name for obj in chosen]
+
+
+def _attach_one(receiver, files):
+    sequence = _load(receiver.name, files)
+    materials, notes = attach_slots.make_own(receiver)
+    # Baked by the UV map that renders; one that only modifiers make is no layer of the mesh, and empty means it too.
+    uv_map = next((layer.name for layer in receiver.data.uv_layers if layer.active_render), "")
+    for material in materials:
+        # A copy of another receiver's material has that one's map.
+        attach_nodes.strip(material.node_tree)
+        if not attach_nodes.add(material.node_tree, sequence, uv_map):
+            notes.append(
+                f'No diffuse colour was found in "{material.name}" of "{receiver.name}": it is lit as if white.'
+            )
+    missing = sorted(set(range(sequence.first, sequence.last)) - set(files))
+    if missing:
+        notes.append(f'"{receiver.name}" has no map for {len(missing)} frame(s) from {missing[0]} on: bake these too.')
+    return notes
+
+
+def _find_maps(receiver, out_dir):
+    """Return the maps of one receiver: frame -> file. Raises DappleError if there is none."""
+    folder = out_dir / folder_name(receiver.name)
+    files = {}
+    for path in sorted(folder.glob("caustics_*.exr")):
+        if match := re.fullmatch(r"caustics_(\d+)\.exr", path.name):
+            files[int(match[1])] = path
+    if not files:
+        raise DappleError(f'No lightmaps of "{receiver.name}" in {folder}: bake it first, or set the output folder.')
+    return files
+
+
+def _load(name, files):
+    first, last = min(files), max(files)
+    image = bpy.data.images.load(_blend_relative(files[first]))
+    image.name = f"Dapple {name}"
+    image[IMAGE] = True
+    image.colorspace_settings.name = "Non-Color"
+    if len(files) > 1:
+        image.source = "SEQUENCE"
+    return attach_nodes.Sequence(image, first, last)
+
+
+def _blend_relative(path):
+    """Write `path` as the .blend file would, so that a project can be moved; as it is where that cannot be."""
+    if not bpy.data.filepath:
+        return str(path)
+    try:
+        return bpy.path.relpath(str(path))
+    except ValueError:  # another drive
+        return str(path)
+
+
+def _receiver(name):
+    obj = _object(name)
+    if obj.type != "MESH":
+        raise DappleError(f'The receiver "{name}" is not a mesh: convert it, or take it out of the receivers.')
+    if obj.data.library and not obj.material_slots:
+        raise DappleError(f'The mesh of "{name}" is linked and has no material slot: give it a material there.')
+    return obj
+
+
+def _object(name):
+    obj = bpy.data.objects.get(name)
+    if obj is None:
+        raise DappleError(f'There is no object "{name}": choose it again.')
+    if obj.library:
+        raise DappleError(f'"{name}" is linked from another file: make a library override of it first.')
+    return obj

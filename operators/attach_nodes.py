@@ -1,0 +1,161 @@
+"""The nodes that show a map in a material: emission of albedo / pi x E, added to the surface that is there.
+
+A diffuse surface of albedo a under the irradiance E [W/m^2] sends a E / pi [W/m^2/sr] everywhere; an Emission node of
+strength 1 sends its colour in the same unit. Every node of ours carries the tag TAG, so that `strip` finds these only.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import bpy
+
+TAG = "dapple"
+
+# The input that holds the albedo, of the shaders that scatter light diffusely.
+ALBEDO_INPUTS = {
+    "ShaderNodeBsdfPrincipled": "Base Color",
+    "ShaderNodeEeveeSpecular": "Base Color",
+    "ShaderNodeBsdfDiffuse": "Color",
+    "ShaderNodeBsdfToon": "Color",
+    "ShaderNodeBsdfSheen": "Color",
+    "ShaderNodeBsdfTranslucent": "Color",
+    "ShaderNodeSubsurfaceScattering": "Color",
+}
+
+
+@dataclass(frozen=True)
+class Sequence:
+    """A baked map: the image, its first and last frame."""
+
+    image: bpy.types.Image
+    first: int
+    last: int
+
+
+def add(tree: bpy.types.NodeTree, sequence: Sequence, uv_map: str) -> bool:
+    """Add the light of `sequence` to the surface of `tree`; False if its albedo was not found and white stands in."""
+    output = tree.get_output_node("EEVEE") or _new(tree, "ShaderNodeOutputMaterial", None, (0, 0), "Output")
+    frame = tree.nodes.new("NodeFrame")
+    frame.name, frame.label, frame[TAG] = "Dapple", "Dapple", True
+    x, y = output.location
+    surface = output.inputs["Surface"]
+    albedo = find_albedo(surface)
+    emission = _new(tree, "ShaderNodeEmission", frame, (x - 200, y - 300), "Light")
+    emission.inputs["Strength"].default_value = 1.0 / math.pi
+    product = _new(tree, "ShaderNodeVectorMath", frame, (x - 400, y - 300), "Albedo x Irradiance")
+    product.operation = "MULTIPLY"
+    _feed(tree, albedo, product.inputs[0])
+    tree.links.new(_map_socket(tree, sequence, uv_map, frame, (x - 700, y - 300)), product.inputs[1])
+    tree.links.new(product.outputs[0], emission.inputs["Color"])
+    _add_to_surface(tree, emission, surface, frame, (x, y - 300))
+    return albedo is not None
+
+
+def strip(tree: bpy.types.NodeTree) -> bool:
+    """Remove what `add` added and give the surface its former link back; False if there was nothing of ours."""
+    ours = [node for node in tree.nodes if TAG in node]
+    for node in ours:
+        if node.bl_idname == "ShaderNodeAddShader" and node.inputs[0].links:
+            source = node.inputs[0].links[0].from_socket
+            for target in [link.to_socket for link in node.outputs[0].links]:
+                tree.links.new(source, target)
+    # Children before their frame: a node of a removed frame is moved.
+    for node in sorted(ours, key=lambda node: node.type == "FRAME"):
+        tree.nodes.remove(node)
+    return bool(ours)
+
+
+def find_albedo(surface: bpy.types.NodeSocket, groups: tuple = ()) -> bpy.types.NodeSocket | tuple | None:
+    """Find the albedo of the first diffuse shader that feeds `surface`, an input socket below the nested `groups`.
+
+    Returns an output socket of the material's own tree, or an RGB value, or None if there is none or it is out of
+    reach inside a group.
+    """
+    source = _source(surface)
+    if source is None:
+        return None
+    node = source.node
+    if node.bl_idname in ALBEDO_INPUTS:
+        return _resolve(node.inputs[ALBEDO_INPUTS[node.bl_idname]], groups)
+    if node.type == "GROUP":
+        return find_albedo(_twin(_group_output(node), source), (*groups, node)) if _group_output(node) else None
+    if node.type == "GROUP_INPUT":
+        return find_albedo(_twin(groups[-1], source), groups[:-1])
+    for socket in node.inputs:
+        if socket.type == "SHADER" and (found := find_albedo(socket, groups)) is not None:
+            return found
+    return None
+
+
+def _resolve(socket, groups):
+    """Follow a colour input to an output socket of the outermost tree or to its value; None if inside a group."""
+    source = _source(socket)
+    if source is None:
+        return tuple(socket.default_value)[:3]
+    if not groups:
+        return source
+    if source.node.type == "GROUP_INPUT":
+        return _resolve(_twin(groups[-1], source), groups[:-1])
+    return None
+
+
+def _source(socket):
+    """Return the output socket that feeds an input socket, reroutes left out; None if nothing does."""
+    for link in socket.links:
+        if link.is_muted or not link.is_valid:
+            continue
+        return _source(link.from_node.inputs[0]) if link.from_node.type == "REROUTE" else link.from_socket
+    return None
+
+
+def _group_output(group):
+    nodes = group.node_tree.nodes if group.node_tree else ()
+    return next((node for node in nodes if node.type == "GROUP_OUTPUT" and node.is_active_output), None)
+
+
+def _twin(node, socket):
+    """Return the input of `node` that stands for the same interface socket."""
+    return next(twin for twin in node.inputs if twin.identifier == socket.identifier)
+
+
+def _feed(tree, albedo, target):
+    if isinstance(albedo, bpy.types.NodeSocket):
+        tree.links.new(albedo, target)
+    else:
+        target.default_value = albedo or (1.0, 1.0, 1.0)
+
+
+def _map_socket(tree, sequence, uv_map, frame, location):
+    """Make the nodes that read the map by the UV map that was baked; return the map's colour output."""
+    x, y = location
+    texture = _new(tree, "ShaderNodeTexImage", frame, (x, y), "Irradiance")
+    texture.image = sequence.image
+    texture.extension = "EXTEND"
+    texture.interpolation = "Linear"
+    user = texture.image_user
+    # The file's number is frame - frame_start + 1 + frame_offset. Cyclic, for outside of the range a sequence is
+    # magenta otherwise.
+    user.frame_start, user.frame_offset = sequence.first, sequence.first - 1
+    user.frame_duration = sequence.last - sequence.first + 1
+    user.use_cyclic = user.use_auto_refresh = True
+    uv = _new(tree, "ShaderNodeUVMap", frame, (x - 200, y), "UV Map")
+    uv.uv_map = uv_map
+    tree.links.new(uv.outputs["UV"], texture.inputs["Vector"])
+    return texture.outputs["Color"]
+
+
+def _add_to_surface(tree, emission, surface, frame, location):
+    """Put emission + what feeds `surface` in its place."""
+    total = _new(tree, "ShaderNodeAddShader", frame, location, "Add")
+    if surface.links:
+        tree.links.new(surface.links[0].from_socket, total.inputs[0])
+    tree.links.new(emission.outputs[0], total.inputs[1])
+    tree.links.new(total.outputs[0], surface)
+
+
+def _new(tree, kind, frame, location, name):
+    node = tree.nodes.new(kind)
+    node.name, node[TAG], node.parent, node.location = f"Dapple {name}", True, frame, location
+    return node

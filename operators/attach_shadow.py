@@ -1,0 +1,56 @@
+"""The water's shadow in EEVEE: it must be whole, or the sun lights the receivers beside the map.
+
+The former values stay with the object and the material, under SHADOW, until `restore`.
+"""
+
+from __future__ import annotations
+
+import bpy
+
+SHADOW = "dapple_shadow"
+
+
+def make_opaque(water: bpy.types.Object) -> None:
+    """Let `water` cast a full shadow in EEVEE, whatever its materials let through."""
+    if SHADOW not in water:
+        water[SHADOW] = water.visible_shadow
+    water.visible_shadow = True
+    for material in {slot.material for slot in water.material_slots} - {None}:
+        if material.library:
+            continue
+        if SHADOW not in material:
+            material[SHADOW] = (material.use_transparent_shadow, material.use_backface_culling_shadow)
+        material.use_transparent_shadow = False
+        material.use_backface_culling_shadow = False
+
+
+def restore() -> None:
+    """Put back what `make_opaque` changed, in the whole file."""
+    for obj in bpy.data.objects:
+        if SHADOW in obj:
+            obj.visible_shadow = obj[SHADOW]
+            del obj[SHADOW]
+    for material in bpy.data.materials:
+        if SHADOW in material:
+            material.use_transparent_shadow, material.use_backface_culling_shadow = map(bool, material[SHADOW])
+            del material[SHADOW]
+
+
+def doubts(scene: bpy.types.Scene, waters: list[bpy.types.Object]) -> list[str]:
+    """Say what else would let the sun through the water: one sentence each, empty if nothing."""
+    found = [
+        f'Sun "{obj.name}" casts no shadows: it lights the receivers beside the map. Turn on its shadow.'
+        for obj in scene.objects
+        if obj.type == "LIGHT" and obj.data.type == "SUN" and not obj.hide_render and not obj.data.use_shadow
+    ]
+    # The switch for all shadows came with 4.3.
+    if not getattr(scene.eevee, "use_shadows", True):
+        found.append("Shadows are off in EEVEE's settings: the sun lights the receivers beside the map. Turn them on.")
+    for water in waters:
+        for material in {slot.material for slot in water.material_slots} - {None}:
+            if material.library and (material.use_transparent_shadow or material.use_backface_culling_shadow):
+                found.append(
+                    f'"{material.name}" of the water "{water.name}" is linked from another file and could not be '
+                    "changed: turn off its Transparent Shadows and its shadow's Backface Culling there."
+                )
+    return found

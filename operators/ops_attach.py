@@ -1,0 +1,51 @@
+"""The buttons that show the baked maps on the receivers, and take them off."""
+
+from __future__ import annotations
+
+import bpy
+
+from .attach import attach, detach
+from .bake import request_from_scene
+from .errors import DappleError
+from .ops_bake import why_not
+
+
+class DAPPLE_OT_attach(bpy.types.Operator):
+    """Light the receivers' materials by the baked maps, and let the water cast a whole shadow. \
+Press it again after a new bake or a change of materials"""
+
+    bl_idname = "dapple.attach"
+    bl_label = "Attach to Materials"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        reason = why_not(context.scene)
+        if reason:
+            cls.poll_message_set(reason)
+        return not reason
+
+    def execute(self, context):
+        try:
+            request = request_from_scene(context.scene)
+            notes = attach(context, request.receivers, request.out, request.water)
+        except DappleError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        for note in notes:
+            self.report({"WARNING"}, note)
+        self.report({"INFO"}, f"{len(request.receivers)} receiver(s) show their maps")
+        return {"FINISHED"}
+
+
+class DAPPLE_OT_detach(bpy.types.Operator):
+    """Take the maps off all materials and leave these, and the water's shadow, as they were before"""
+
+    bl_idname = "dapple.detach"
+    bl_label = "Detach"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def execute(self, context):
+        names = detach(context)
+        self.report({"INFO"}, f"{len(names)} object(s) show no map any more")
+        return {"FINISHED"}

@@ -1,0 +1,147 @@
+"""The two bake buttons: one iterator, run to its end by scripts and frame by frame by the interface."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import bpy
+
+from .bake import bake, request_from_scene
+from .errors import DappleError
+
+# What may reach the viewport while a bake runs. All else is swallowed: an edit or an undo would pull the scene from
+# under the bake.
+NAVIGATION = {
+    "MOUSEMOVE",
+    "MIDDLEMOUSE",
+    "WHEELUPMOUSE",
+    "WHEELDOWNMOUSE",
+    "TRACKPADPAN",
+    "TRACKPADZOOM",
+    "NDOF_MOTION",
+}
+
+
+def why_not(scene) -> str:
+    """Say what a bake of `scene` still lacks, as a sentence for a tooltip; empty if nothing."""
+    settings = scene.dapple
+    if settings.water is None:
+        return "Pick the water first"
+    if settings.receivers is None:
+        return "Pick the collection of receivers first"
+    if not any(o.type == "MESH" and o != settings.water for o in settings.receivers.all_objects):
+        return "The collection of receivers holds no mesh but the water"
+    return ""
+
+
+def _is_baking(window_manager) -> bool:
+    return any(
+        operator.bl_idname in {"DAPPLE_OT_bake_frame", "DAPPLE_OT_bake_animation"}
+        for window in window_manager.windows
+        for operator in window.modal_operators
+    )
+
+
+class _Bake:
+    """Run the bake's iterator; a subclass says which frames."""
+
+    bl_options = {"REGISTER"}
+
+    @classmethod
+    def poll(cls, context):
+        reason = why_not(context.scene)
+        if not reason and _is_baking(context.window_manager):
+            reason = "A bake is running: press Esc to stop it"
+        if reason:
+            cls.poll_message_set(reason)
+        return not reason
+
+    def request(self, scene):
+        raise NotImplementedError
+
+    def execute(self, context):
+        progress = None
+        try:
+            for progress in bake(context, self.request(context.scene)):  # noqa: B007 - the last one is reported
+                pass
+        except DappleError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        return self._finish(progress)
+
+    def invoke(self, context, _event):
+        if context.window is None:
+            return self.execute(context)
+        try:
+            self._steps = bake(context, self.request(context.scene))
+        except DappleError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        self._last = None
+        manager = context.window_manager
+        self._timer = manager.event_timer_add(0.01, window=context.window)
+        manager.progress_begin(0, 1)
+        manager.modal_handler_add(self)
+        context.workspace.status_text_set("Dapple: baking. Esc stops and keeps the finished frames")
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context, event):
+        if event.type == "ESC":
+            self.cancel(context)
+            done = self._last.done if self._last else 0
+            self.report({"WARNING"}, f"Stopped: {done} finished frame(s) are kept")
+            return {"CANCELLED"}
+        if event.type == "TIMER":
+            return self._step(context)
+        return {"PASS_THROUGH"} if event.type in NAVIGATION else {"RUNNING_MODAL"}
+
+    def _step(self, context):
+        try:
+            self._last = next(self._steps)
+        except StopIteration:
+            self.cancel(context)
+            return self._finish(self._last)
+        except DappleError as error:
+            self.cancel(context)
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        except BaseException:
+            self.cancel(context)
+            raise
+        context.window_manager.progress_update(self._last.done / self._last.total)
+        context.workspace.status_text_set(
+            f"Dapple: {self._last.done} of {self._last.total} frames. {self._last.message} "
+            "Esc stops and keeps the finished frames"
+        )
+        return {"RUNNING_MODAL"}
+
+    def cancel(self, context):
+        """Let the iterator clean up behind itself, and give the window back; Blender calls it on quitting too."""
+        self._steps.close()
+        context.window_manager.event_timer_remove(self._timer)
+        context.window_manager.progress_end()
+        context.workspace.status_text_set(None)
+
+    def _finish(self, progress):
+        self.report({"INFO"}, progress.message if progress else "There was no frame to bake")
+        return {"FINISHED"}
+
+
+class DAPPLE_OT_bake_frame(_Bake, bpy.types.Operator):
+    """Bake the caustics of the current frame"""
+
+    bl_idname = "dapple.bake_frame"
+    bl_label = "Bake Frame"
+
+    def request(self, scene):
+        return replace(request_from_scene(scene), frames=(scene.frame_current,))
+
+
+class DAPPLE_OT_bake_animation(_Bake, bpy.types.Operator):
+    """Bake the caustics of every frame in the range. Esc stops and keeps the finished frames"""
+
+    bl_idname = "dapple.bake_animation"
+    bl_label = "Bake Animation"
+
+    def request(self, scene):
+        return request_from_scene(scene)
