@@ -1,0 +1,297 @@
+"""Registration, settings, panels and the bake buttons."""
+
+from dataclasses import dataclass
+from types import SimpleNamespace
+
+import pytest
+
+bpy = pytest.importorskip("bpy")
+
+import dapple  # noqa: E402
+from dapple.operators import ops_bake  # noqa: E402
+from dapple.operators.errors import DappleError  # noqa: E402
+
+CLASSES = (
+    "DappleSettings",
+    "DAPPLE_PT_bake",
+    "DAPPLE_PT_quality",
+    "DAPPLE_PT_materials",
+)
+OPERATORS = ("bake_frame", "bake_animation", "attach", "detach")
+
+
+def presence():
+    """What of ours Blender knows."""
+    known = [name for name in CLASSES if bpy.types.PropertyGroup.bl_rna_get_subclass_py(name)]
+    known += [name for name in CLASSES if bpy.types.Panel.bl_rna_get_subclass_py(name)]
+    known += [name for name in OPERATORS if name in dir(bpy.ops.dapple)]
+    return known + ["Scene.dapple"] * hasattr(bpy.types.Scene, "dapple")
+
+
+def test_registering_twice_works_and_leaves_nothing_behind():
+    for _ in range(2):
+        assert presence() == []
+        dapple.register()
+        assert set(presence()) == {*CLASSES, *OPERATORS, "Scene.dapple"}
+        dapple.unregister()
+    assert presence() == []
+
+
+def test_command_line_command_comes_and_goes(empty_scene, monkeypatch):
+    from dapple.addon import registration
+    from dapple.operators import cli
+
+    monkeypatch.setattr(cli, "main", lambda argv: len(argv))
+    assert registration._command(["bake", "--frames", "1"]) == 3
+    (handle,) = registration._commands
+    dapple.unregister()
+    try:
+        with pytest.raises(ValueError):
+            bpy.utils.unregister_cli_command(handle)
+    finally:
+        dapple.register()
+
+
+def test_settings_start_as_documented(empty_scene):
+    settings = empty_scene.dapple
+    assert (settings.water, settings.receivers) == (None, None)
+    assert (settings.method, settings.resolution, settings.padding) == ("auto", 512, 4)
+    assert settings.tolerance == pytest.approx(0.01)
+    assert (settings.use_scene_range, settings.frame_start, settings.frame_end) == (True, 1, 48)
+    assert settings.output == "//caustics"
+
+
+def test_settings_are_saved_with_the_file(empty_scene, tmp_path):
+    pool(empty_scene)
+    empty_scene.dapple.method = "conic_walk"
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "pool.blend"))
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "pool.blend"))
+    settings = bpy.context.scene.dapple
+    assert (settings.water.name, settings.receivers.name, settings.method) == ("Water", "Receivers", "conic_walk")
+
+
+class Layout:
+    """Stands in for UILayout: takes only what exists, and remembers it."""
+
+    def __init__(self, seen):
+        self.seen = seen
+        self.enabled = True
+
+    def prop(self, data, name):
+        assert name in data.bl_rna.properties
+        self.seen.append((name, self.enabled))
+
+    def operator(self, idname, icon):
+        assert icon in bpy.types.UILayout.bl_rna.functions["prop"].parameters["icon"].enum_items
+        self.seen.append((bpy.ops.dapple.__getattr__(idname.removeprefix("dapple.")).get_rna_type().name, self.enabled))
+
+    def column(self, align):
+        return Layout(self.seen)
+
+
+def drawn():
+    seen = []
+    for name in CLASSES[1:]:
+        panel = bpy.types.Panel.bl_rna_get_subclass_py(name)
+        assert panel.bl_category == "Dapple"
+        panel.draw(SimpleNamespace(layout=Layout(seen)), bpy.context)
+    return seen
+
+
+def test_panels_show_every_setting_and_button(empty_scene):
+    names = {name for name, _ in drawn()}
+    settings = {p.identifier for p in empty_scene.dapple.bl_rna.properties} - {"rna_type", "name"}
+    assert names == settings | {"Bake Frame", "Bake Animation", "Attach to Materials", "Detach"}
+
+
+def test_frame_range_is_greyed_while_the_scene_has_the_say(empty_scene):
+    assert ("frame_start", False) in drawn()
+    empty_scene.dapple.use_scene_range = False
+    assert ("frame_start", True) in drawn()
+
+
+def pool(scene):
+    """Water over one receiver, in a nested collection, under a Sun."""
+    receivers, inner = bpy.data.collections.new("Receivers"), bpy.data.collections.new("Inner")
+    receivers.children.link(inner)
+    scene.collection.children.link(receivers)
+    quad(scene.collection, "Water", 1.0, 1.5)
+    quad(inner, "Floor", 0.0, 1.0)
+    lamp = bpy.data.objects.new("Sun", bpy.data.lights.new("Sun", "SUN"))
+    scene.collection.objects.link(lamp)
+    scene.dapple.water = bpy.data.objects["Water"]
+    scene.dapple.receivers = receivers
+
+
+def quad(collection, name, height, half):
+    mesh = bpy.data.meshes.new(name)
+    corners = [(-half, -half, height), (half, -half, height), (half, half, height), (-half, half, height)]
+    mesh.from_pydata(corners, [], [(0, 1, 2, 3)])
+    mesh.uv_layers.new(name="UVMap").data.foreach_set("uv", [0, 0, 1, 0, 1, 1, 0, 1])
+    collection.objects.link(bpy.data.objects.new(name, mesh))
+
+
+@pytest.mark.parametrize("name", ["bake_frame", "bake_animation", "attach"])
+def test_buttons_say_why_they_are_greyed(name, empty_scene):
+    button = getattr(bpy.ops.dapple, name)
+    pool(empty_scene)
+    assert button.poll()
+    settings = empty_scene.dapple
+    for lacking, reason in (("Floor", "no mesh"), ("receivers", "receivers first"), ("water", "water first")):
+        if lacking == "Floor":
+            bpy.data.objects.remove(bpy.data.objects["Floor"])
+        else:
+            setattr(settings, lacking, None)
+        assert not button.poll()
+        with pytest.raises(RuntimeError, match=reason):
+            button()
+
+
+@dataclass
+class Progress:
+    """What the bake yields."""
+
+    frame: int
+    done: int
+    total: int
+    message: str
+
+
+def fake_bake(log, fails_at=None):
+    """A stand-in for the bake that writes down what happens to it."""
+
+    def bake(_context, request):
+        try:
+            for done, frame in enumerate(request.frames, 1):
+                if frame == fails_at:
+                    raise DappleError('The water "Water" is empty.')
+                log.append(frame)
+                yield Progress(frame, done, len(request.frames), f"Frame {frame}.")
+        finally:
+            log.append("closed")
+
+    return bake
+
+
+@pytest.fixture
+def ready(empty_scene):
+    """A scene that can be baked, from frame 2 to 4, with absolute paths."""
+    pool(empty_scene)
+    empty_scene.dapple.output = bpy.app.tempdir
+    empty_scene.frame_start, empty_scene.frame_end, empty_scene.frame_current = 2, 4, 3
+    return empty_scene
+
+
+def test_scripts_bake_to_the_end(ready, monkeypatch):
+    log = []
+    monkeypatch.setattr(ops_bake, "bake", fake_bake(log))
+    assert bpy.ops.dapple.bake_animation() == {"FINISHED"}
+    assert bpy.ops.dapple.bake_frame() == {"FINISHED"}
+    assert log == [2, 3, 4, "closed", 3, "closed"]
+
+
+def test_an_error_is_reported_as_its_sentence(ready, monkeypatch):
+    monkeypatch.setattr(ops_bake, "bake", fake_bake([], fails_at=3))
+    with pytest.raises(RuntimeError, match='Error: The water "Water" is empty'):
+        bpy.ops.dapple.bake_animation()
+
+
+class Manager:
+    """Stands in for the window manager and the workspace: remembers what is still on."""
+
+    def __init__(self):
+        self.on = set()
+        self.shown = []
+        self.windows = ()
+
+    def event_timer_add(self, _seconds, window):
+        self.on.add("timer")
+        return "timer"
+
+    def event_timer_remove(self, timer):
+        self.on.remove(timer)
+
+    def progress_begin(self, _low, _high):
+        self.on.add("progress")
+
+    def progress_update(self, value):
+        self.shown.append(value)
+
+    def progress_end(self):
+        self.on.remove("progress")
+
+    def modal_handler_add(self, _operator):
+        pass
+
+    def status_text_set(self, text):
+        (self.on.add if text else self.on.discard)("status")
+
+
+class Button(ops_bake._Bake):
+    """The operator without Blender's window behind it."""
+
+    def __init__(self):
+        self.reports = []
+
+    def request(self, scene):
+        return SimpleNamespace(frames=(2, 3, 4))
+
+    def report(self, kind, text):
+        self.reports.append((*kind, text))
+
+
+def press(monkeypatch, fails_at=None):
+    """Invoke the button; return it, its context and the bake's log."""
+    log, manager = [], Manager()
+    monkeypatch.setattr(ops_bake, "bake", fake_bake(log, fails_at))
+    context = SimpleNamespace(window="window", window_manager=manager, workspace=manager, scene=None)
+    button = Button()
+    assert button.invoke(context, None) == {"RUNNING_MODAL"}
+    assert manager.on == {"timer", "progress", "status"}
+    return button, context, log
+
+
+def event(kind):
+    return SimpleNamespace(type=kind)
+
+
+def test_the_window_bakes_one_frame_a_tick(monkeypatch):
+    button, context, log = press(monkeypatch)
+    for frame in (2, 3, 4):
+        assert button.modal(context, event("TIMER")) == {"RUNNING_MODAL"}
+        assert log[-1] == frame
+    assert button.modal(context, event("TIMER")) == {"FINISHED"}
+    assert context.window_manager.shown == pytest.approx([1 / 3, 2 / 3, 1])
+    assert context.window_manager.on == set()
+    assert button.reports == [("INFO", "Frame 4.")]
+
+
+def test_escape_closes_the_bake_and_keeps_what_is_done(monkeypatch):
+    button, context, log = press(monkeypatch)
+    button.modal(context, event("TIMER"))
+    assert button.modal(context, event("ESC")) == {"CANCELLED"}
+    assert log == [2, "closed"]
+    assert context.window_manager.on == set()
+    assert button.reports == [("WARNING", "Stopped: 1 finished frame(s) are kept")]
+
+
+def test_an_error_in_a_frame_gives_the_window_back(monkeypatch):
+    button, context, log = press(monkeypatch, fails_at=3)
+    button.modal(context, event("TIMER"))
+    assert button.modal(context, event("TIMER")) == {"CANCELLED"}
+    assert log == [2, "closed"]
+    assert context.window_manager.on == set()
+    assert button.reports == [("ERROR", 'The water "Water" is empty.')]
+
+
+def test_edits_are_held_back_and_the_view_is_not(monkeypatch):
+    button, context, _ = press(monkeypatch)
+    assert button.modal(context, event("Z")) == {"RUNNING_MODAL"}
+    assert button.modal(context, event("WHEELUPMOUSE")) == {"PASS_THROUGH"}
+
+
+def test_a_second_bake_waits_for_the_first(ready):
+    running = SimpleNamespace(modal_operators=[SimpleNamespace(bl_idname="DAPPLE_OT_bake_frame")])
+    assert ops_bake._is_baking(SimpleNamespace(windows=[running]))
+    assert not ops_bake._is_baking(bpy.context.window_manager)
