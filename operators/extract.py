@@ -1,0 +1,197 @@
+"""One frame of a Blender scene as a `kernels.scene.Scene`.
+
+What counts is what the viewport's dependency graph holds, in -b as well: modifiers as the viewport shows them, and no
+objects that are hidden there. Of those, what is switched off for rendering neither lights nor blocks.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import bpy
+import numpy as np
+
+from ..kernels.scene import Occluder, Receiver, Scene, Water
+from .errors import DappleError
+from .lamps import read_suns
+from .medium import read_eta
+from .mesh_arrays import read_geometry, read_normals, read_uvs
+
+_SHOWN = {"MESH", "CURVE", "SURFACE", "META", "FONT", "LIGHT"}
+
+
+@dataclass
+class _Found:
+    """What one pass over the dependency graph finds; the parts of water and receivers by their object's name."""
+
+    water: dict = field(default_factory=dict)
+    receivers: dict = field(default_factory=dict)
+    occluders: list = field(default_factory=list)
+    lamps: list = field(default_factory=list)
+    seen: set = field(default_factory=set)
+    warnings: list = field(default_factory=list)
+
+
+def read_scene(depsgraph, water_names, receiver_names, topology):
+    """(Scene, warnings) of the frame that the depsgraph was evaluated for; several water objects are joined into one.
+
+    water_names, receiver_names: names of mesh objects; topology: a TopologyCache, the same for all frames of a bake.
+    Raises DappleError for what cannot be baked, naming the object.
+    """
+    for name in (*water_names, *receiver_names):
+        _check_object(name)
+    found = _find(depsgraph, set(water_names), set(receiver_names))
+    for name in (*water_names, *receiver_names):
+        if name not in found.water and name not in found.receivers:
+            raise DappleError(
+                f"Object '{name}' is not in the scene as the viewport shows it; unhide it and its collection there."
+            )
+    water, eta = _join([found.water[name] for name in water_names], topology, found.warnings)
+    receivers = tuple(found.receivers[name] for name in receiver_names)
+    _check_below(receivers, water)
+    suns, remarks = read_suns(found.lamps)
+    warnings = found.warnings + remarks + _unseen(depsgraph, found.seen, {*water_names, *receiver_names})
+    return Scene(water, receivers, tuple(found.occluders), suns, eta), list(dict.fromkeys(warnings))
+
+
+def _check_object(name):
+    """Raise DappleError unless `name` is a mesh object of the file."""
+    found = bpy.data.objects.get(name)
+    if found is None:
+        raise DappleError(f"There is no object '{name}' in the file; check the name or pick another object.")
+    if found.type != "MESH":
+        raise DappleError(f"Object '{name}' is a {found.type.lower()}, not a mesh; convert it (Object > Convert).")
+
+
+def _find(depsgraph, water_names, receiver_names):
+    """Sort everything that the depsgraph shows; curves, texts and metaballs come as mesh instances of themselves."""
+    found, rendering, shared = _Found(), _rendering(depsgraph), {}
+    for instance in depsgraph.object_instances:
+        shown = instance.object
+        name = shown.original.name
+        owner = instance.parent.original.name if instance.is_instance and instance.parent else name
+        found.seen.add(owner)
+        matrix = np.array(instance.matrix_world, dtype=np.float64)
+        if not instance.is_instance and name in water_names:
+            found.water[name] = _read_water(shown, matrix)
+        elif not instance.is_instance and name in receiver_names:
+            found.receivers[name] = _read_receiver(shown, matrix)
+        elif {name, owner} & water_names:
+            found.warnings.append(f"Instances of or on water '{owner}' were left out; make them real to bake them.")
+        elif owner not in rendering or shown.original.hide_render:
+            continue
+        elif shown.type == "LIGHT":
+            found.lamps.append((name, shown.data, matrix))
+        elif shown.type == "MESH" and _blocks(shown, instance.parent if instance.is_instance else None):
+            _add_occluder(found, shown, matrix, shared)
+    return found
+
+
+def _rendering(depsgraph):
+    """The view layer's objects, by name, that are not switched off for rendering, themselves or by a collection."""
+
+    def objects(layer):
+        if layer.collection.hide_render:
+            return
+        if not layer.exclude:
+            yield from (o for o in layer.collection.objects if not o.hide_render)
+        for child in layer.children:
+            yield from objects(child)
+
+    return {o.name: o for o in objects(depsgraph.view_layer.layer_collection)}
+
+
+def _blocks(shown, parent):
+    """Whether a mesh, or instance of one, casts a shadow in a render."""
+    if not shown.visible_shadow or (parent is not None and not parent.visible_shadow):
+        return False
+    return parent is not None or not shown.is_instancer or shown.show_instancer_for_render
+
+
+def _add_occluder(found, shown, matrix, shared):
+    """Read an occluder; instances share their mesh, so each mesh is read once."""
+    key = shown.data.as_pointer()
+    if key not in shared:
+        shared[key] = _read(shown, np.eye(4))[0]
+    local = shared[key]
+    positions = local.positions @ matrix[:3, :3].T + matrix[:3, 3]
+    if not np.isfinite(positions).all():
+        found.warnings.append(f"Object '{shown.original.name}' has vertices that are not numbers; it casts no shadow.")
+    elif len(local.triangles):
+        found.occluders.append(Occluder(shown.original.name, positions, local.triangles))
+
+
+def _read(shown, matrix, *readers):
+    """[MeshArrays, what each reader makes of it] of an evaluated object."""
+    mesh = shown.to_mesh()
+    try:
+        arrays = read_geometry(mesh, matrix)
+        return [arrays, *(reader(mesh, arrays) for reader in readers)]
+    finally:
+        shown.to_mesh_clear()
+
+
+def _read_water(shown, matrix):
+    """(name, MeshArrays, (normals, normal_triangles), (eta, warnings)) of a water object."""
+    name = shown.original.name
+    arrays, normals = _read(shown, matrix, lambda mesh, arrays: read_normals(mesh, matrix, arrays))
+    _check_mesh(f"Water '{name}'", arrays)
+    return name, arrays, normals, read_eta(shown)
+
+
+def _read_receiver(shown, matrix):
+    """The Receiver of an evaluated object."""
+    name = shown.original.name
+    arrays, uvs = _read(shown, matrix, read_uvs)
+    _check_mesh(f"Receiver '{name}'", arrays)
+    if uvs is None:
+        raise DappleError(f"Receiver '{name}' has no UV map; unwrap it (in Edit Mode: UV > Lightmap Pack).")
+    return Receiver(name, arrays.positions, arrays.triangles, uvs)
+
+
+def _check_mesh(what, arrays):
+    """Raise DappleError for a mesh without faces or with vertices that are not numbers."""
+    if not len(arrays.triangles):
+        raise DappleError(f"{what} has no faces after its modifiers; check them, or pick another object.")
+    broken = np.count_nonzero(~np.isfinite(arrays.positions).all(axis=1))
+    if broken:
+        raise DappleError(
+            f"{what} has {broken} vertices whose coordinates are not numbers; "
+            "check its modifiers, drivers and cache for divisions by zero."
+        )
+
+
+def _check_below(receivers, water):
+    """Raise DappleError for a receiver that lies wholly above the water's highest point."""
+    top = water.positions[:, 2].max()
+    for receiver in receivers:
+        if receiver.positions[:, 2].min() > top:
+            raise DappleError(
+                f"Receiver '{receiver.name}' lies wholly above the water, where no refracted light goes; "
+                "move it below, or take it out of the receivers."
+            )
+
+
+def _join(parts, topology, warnings):
+    """(Water, eta) of the parts that `_read_water` gives."""
+    names, meshes, shadings, media = zip(*parts)
+    starts = np.cumsum([0] + [len(mesh.positions) for mesh in meshes])
+    triangles = np.concatenate([mesh.triangles + n for mesh, n in zip(meshes, starts.astype(np.int32))])
+    triangles, twins = topology.settle(triangles)
+    smooth = all(index is mesh.triangles for (_, index), mesh in zip(shadings, meshes))
+    starts = np.cumsum([0] + [len(normals) for normals, _ in shadings]).astype(np.int32)
+    shaded = triangles if smooth else np.concatenate([index + n for (_, index), n in zip(shadings, starts)])
+    for _, remarks in media:
+        warnings += remarks
+    if len({eta for eta, _ in media}) > 1:
+        warnings.append(f"The water objects differ in IOR; the bake takes {media[0][0]:.4g}, that of '{names[0]}'.")
+    positions = np.concatenate([mesh.positions for mesh in meshes])
+    normals = np.concatenate([normals for normals, _ in shadings])
+    return Water(" + ".join(names), positions, triangles, normals, shaded, twins), media[0][0]
+
+
+def _unseen(depsgraph, seen, asked):
+    """Warnings on what a render would show but the viewport hides."""
+    rendering = _rendering(depsgraph)
+    hidden = sorted(n for n, o in rendering.items() if n not in seen | asked and o.type in _SHOWN and o.visible_shadow)
+    return [f"Object '{name}' renders but is hidden in the viewport; it took no part in the bake." for name in hidden]
