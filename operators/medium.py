@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import bpy
+
 from ..kernels.scene import WATER_IOR
 from .errors import DappleError
 
@@ -49,11 +51,16 @@ def _remarks(eta, known, water, material):
 
 def _first_shader(material):
     """(node, groups entered to get to it) or (None, ())."""
-    if material is None or material.node_tree is None or not getattr(material, "use_nodes", True):
+    if material is None or not _has_nodes(material):
         return None, ()
     tree = material.node_tree
     output = tree.get_output_node("EEVEE") or tree.get_output_node("CYCLES")
     return next(_shaders(output.inputs["Surface"], ()), (None, ())) if output else (None, ())
+
+
+def _has_nodes(material):
+    """Whether nodes make the material; since Blender 5.0 they always do, and to ask is deprecated."""
+    return material.node_tree is not None and (bpy.app.version >= (5, 0, 0) or material.use_nodes)
 
 
 def _links(socket):

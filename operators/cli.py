@@ -1,0 +1,87 @@
+"""`dapple bake`: the same words for the launcher and for `blender -b SCENE.blend --command dapple bake`."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from dataclasses import replace
+
+import bpy
+
+from .bake import bake, request_from_scene
+from .errors import DappleError
+from .write import map_path
+
+
+def main(argv: list[str]) -> int:
+    """Run the command in argv on the open file. Returns the exit code: 0 when every map that was asked for is on disk
+    and whole, 1 with a sentence on stderr when not, 2 for words that make no sense."""
+    try:
+        words = _parser().parse_args(argv)
+    except SystemExit as leaving:  # argparse has said why
+        return int(leaving.code or 0)
+    try:
+        return _bake(words)
+    except DappleError as error:
+        print(f"dapple: {error}", file=sys.stderr)
+    except KeyboardInterrupt:
+        print("dapple: stopped; the finished frames are kept.", file=sys.stderr)
+    return 1
+
+
+def _bake(words):
+    """Bake, one line a frame; returns the exit code."""
+    request = request_from_scene(bpy.context.scene, words.water, words.receivers, words.frames, words.out)
+    given = {key: getattr(words, key) for key in ("method", "tolerance", "resolution")}
+    settings = replace(request.settings, **{key: value for key, value in given.items() if value is not None})
+    request = replace(request, settings=settings)
+    for progress in bake(bpy.context, request):
+        print(f"[{progress.done}/{progress.total}] {progress.message}", flush=True)
+    missing = _missing(request)
+    if missing:
+        raise DappleError(f"{len(missing)} maps are not on disk, {missing[0]} among them; bake these frames again.")
+    print(f"Maps of {len(request.frames)} frames for {len(request.receivers)} receivers are in {request.out}")
+    return 0
+
+
+def _missing(request):
+    """Maps of the request that are not on disk any more."""
+    paths = [map_path(request.out, name, frame) for name in request.receivers for frame in request.frames]
+    return [path for path in paths if not (path.is_file() and path.stat().st_size)]
+
+
+def _parser():
+    """The parser of the command's words."""
+    # Here, since it loads embreex, which nothing but a bake needs.
+    from ..kernels.methods import METHODS
+
+    parser = argparse.ArgumentParser(prog="dapple", description="Bake the caustics of animated water into lightmaps.")
+    commands = parser.add_subparsers(dest="command", required=True)
+    words = commands.add_parser("bake", help="bake the open scene", description="Bake the caustics of the open scene.")
+    words.add_argument("--frames", type=_frames, help="such as 1-24,30; default: the scene's range")
+    words.add_argument("--method", choices=("auto", *METHODS), help="how the light is found; default: the scene's")
+    words.add_argument("--tolerance", type=float, help="relative mean squared error that is good enough")
+    words.add_argument("--resolution", type=int, help="texels along each side of a map")
+    words.add_argument("--out", help="folder of the maps and of bake.json; default: the scene's, //caustics")
+    words.add_argument("--water", type=_names, metavar="OBJECT,...", help="default: the scene's")
+    words.add_argument("--receivers", type=_names, metavar="OBJECT,...", help="default: the scene's")
+    return parser
+
+
+def _names(text):
+    """Names between commas, each once."""
+    names = tuple(dict.fromkeys(name.strip() for name in text.split(",") if name.strip()))
+    if not names:
+        raise argparse.ArgumentTypeError("expected names of objects between commas")
+    return names
+
+
+def _frames(text):
+    """Frame numbers of a text such as 1-24,30, in order, each once."""
+    frames = set()
+    for part in text.split(","):
+        first, _, last = part.strip().partition("-")
+        if not (first.isdecimal() and (last or first).isdecimal() and int(first) <= int(last or first)):
+            raise argparse.ArgumentTypeError(f"expected frames such as 1-24,30, got '{part.strip()}'")
+        frames.update(range(int(first), int(last or first) + 1))
+    return tuple(sorted(frames))
