@@ -76,4 +76,5 @@ class DappleSettings(bpy.types.PropertyGroup):
         "// is the folder of the .blend file",
         default="//caustics",
         subtype="DIR_PATH",
+        options={"PATH_SUPPORTS_BLEND_RELATIVE"},
     )

@@ -30,7 +30,7 @@ def attach(context: bpy.types.Context, receiver_names, out_dir, water_names=()) 
     detach(context, receiver_names)
     notes = []
     for receiver, files in zip(receivers, maps, strict=True):
-        notes += _attach_one(receiver, files)
+        notes += _attach_one(receiver, files) + _out_of_reach(receiver, context.evaluated_depsgraph_get())
     for water in waters:
         attach_shadow.make_opaque(water)
     return notes + attach_shadow.doubts(context.scene, waters)
@@ -65,12 +65,23 @@ def _attach_one(receiver, files):
         attach_nodes.strip(material.node_tree)
         if not attach_nodes.add(material.node_tree, sequence, uv_map):
             notes.append(
-                f'No diffuse colour was found in "{material.name}" of "{receiver.name}": it is lit as if white.'
+                f"No diffuse colour was found in '{material.name}' of '{receiver.name}': it is lit as if white."
             )
     missing = sorted(set(range(sequence.first, sequence.last)) - set(files))
     if missing:
-        notes.append(f'"{receiver.name}" has no map for {len(missing)} frame(s) from {missing[0]} on: bake these too.')
+        notes.append(f"'{receiver.name}' has no map for {len(missing)} frame(s) from {missing[0]} on: bake these too.")
     return notes
+
+
+def _out_of_reach(receiver, depsgraph):
+    """Say which materials come from a modifier: they are in no slot, and cannot be lit."""
+    slots = {slot.material for slot in receiver.material_slots}
+    shown = {m.original for m in receiver.evaluated_get(depsgraph).data.materials if m}
+    return [
+        f"A modifier of '{receiver.name}' sets the material '{material.name}': it does not show the map. Set it in a "
+        "slot instead."
+        for material in shown - slots
+    ]
 
 
 def _find_maps(receiver, out_dir):
@@ -81,7 +92,7 @@ def _find_maps(receiver, out_dir):
         if match := re.fullmatch(r"caustics_(\d+)\.exr", path.name):
             files[int(match[1])] = path
     if not files:
-        raise DappleError(f'No lightmaps of "{receiver.name}" in {folder}: bake it first, or set the output folder.')
+        raise DappleError(f"No lightmaps of '{receiver.name}' in {folder}: bake it first, or set the output folder.")
     return files
 
 
@@ -109,16 +120,16 @@ def _blend_relative(path):
 def _receiver(name):
     obj = _object(name)
     if obj.type != "MESH":
-        raise DappleError(f'The receiver "{name}" is not a mesh: convert it, or take it out of the receivers.')
+        raise DappleError(f"The receiver '{name}' is not a mesh: convert it, or take it out of the receivers.")
     if obj.data.library and not obj.material_slots:
-        raise DappleError(f'The mesh of "{name}" is linked and has no material slot: give it a material there.')
+        raise DappleError(f"The mesh of '{name}' is linked and has no material slot: give it a material there.")
     return obj
 
 
 def _object(name):
     obj = bpy.data.objects.get(name)
     if obj is None:
-        raise DappleError(f'There is no object "{name}": choose it again.')
+        raise DappleError(f"There is no object '{name}': choose it again.")
     if obj.library:
-        raise DappleError(f'"{name}" is linked from another file: make a library override of it first.')
+        raise DappleError(f"'{name}' is linked from another file: make a library override of it first.")
     return obj

@@ -39,7 +39,7 @@ def restore() -> None:
 def doubts(scene: bpy.types.Scene, waters: list[bpy.types.Object]) -> list[str]:
     """Say what else would let the sun through the water: one sentence each, empty if nothing."""
     found = [
-        f'Sun "{obj.name}" casts no shadows: it lights the receivers beside the map. Turn on its shadow.'
+        f"Sun '{obj.name}' casts no shadows: it lights the receivers beside the map. Turn on its shadow."
         for obj in scene.objects
         if obj.type == "LIGHT" and obj.data.type == "SUN" and not obj.hide_render and not obj.data.use_shadow
     ]
@@ -50,7 +50,7 @@ def doubts(scene: bpy.types.Scene, waters: list[bpy.types.Object]) -> list[str]:
         for material in {slot.material for slot in water.material_slots} - {None}:
             if material.library and (material.use_transparent_shadow or material.use_backface_culling_shadow):
                 found.append(
-                    f'"{material.name}" of the water "{water.name}" is linked from another file and could not be '
+                    f"'{material.name}' of the water '{water.name}' is linked from another file and could not be "
                     "changed: turn off its Transparent Shadows and its shadow's Backface Culling there."
                 )
     return found

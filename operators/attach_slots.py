@@ -67,11 +67,11 @@ def _copy(obj, material):
     original = material.get(ORIGINAL) if material and COPY in material else material
     if original is None:
         copy = bpy.data.materials.new(f"Dapple {obj.name}")
-        note = f'"{obj.name}" had an empty material slot: it shows a plain grey material now.'
+        note = f"'{obj.name}' had an empty material slot: it shows a plain grey material now."
     else:
         copy = original.copy()
         copy[ORIGINAL] = original
-        note = f'"{obj.name}" shows a copy of "{original.name}", which is used elsewhere or cannot be edited.'
+        note = f"'{obj.name}' shows a copy of '{original.name}', which is used elsewhere or cannot be edited."
     if not _has_nodes(copy):
         _use_nodes(copy)
     copy[COPY] = True

@@ -27,7 +27,8 @@ Press it again after a new bake or a change of materials"""
 
     def execute(self, context):
         try:
-            request = request_from_scene(context.scene)
+            # The frames that are on disk are shown, whatever the range says now.
+            request = request_from_scene(context.scene, frames=(context.scene.frame_current,))
             notes = attach(context, request.receivers, request.out, request.water)
         except DappleError as error:
             self.report({"ERROR"}, str(error))

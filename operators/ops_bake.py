@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import bpy
 
 from .bake import bake, request_from_scene
@@ -70,8 +68,10 @@ class _Bake:
         return self._finish(progress)
 
     def invoke(self, context, _event):
-        if context.window is None:
-            return self.execute(context)
+        # In the background no timer fires.
+        return self.execute(context) if bpy.app.background else self._start(context)
+
+    def _start(self, context):
         try:
             self._steps = bake(context, self.request(context.scene))
         except DappleError as error:
@@ -134,7 +134,7 @@ class DAPPLE_OT_bake_frame(_Bake, bpy.types.Operator):
     bl_label = "Bake Frame"
 
     def request(self, scene):
-        return replace(request_from_scene(scene), frames=(scene.frame_current,))
+        return request_from_scene(scene, frames=(scene.frame_current,))
 
 
 class DAPPLE_OT_bake_animation(_Bake, bpy.types.Operator):

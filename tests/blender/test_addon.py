@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 bpy = pytest.importorskip("bpy")
@@ -119,6 +120,7 @@ def pool(scene):
     quad(scene.collection, "Water", 1.0, 1.5)
     quad(inner, "Floor", 0.0, 1.0)
     lamp = bpy.data.objects.new("Sun", bpy.data.lights.new("Sun", "SUN"))
+    lamp.data.energy, lamp.data.angle = 1.0, 0.0
     scene.collection.objects.link(lamp)
     scene.dapple.water = bpy.data.objects["Water"]
     scene.dapple.receivers = receivers
@@ -148,6 +150,22 @@ def test_buttons_say_why_they_are_greyed(name, empty_scene):
             button()
 
 
+def test_bake_frame_writes_the_light_of_flat_water(empty_scene, tmp_path):
+    """Under an overhead sun all light but Fresnel's 2.04 % passes flat water."""
+    pool(empty_scene)
+    settings = empty_scene.dapple
+    settings.output, settings.resolution = str(tmp_path), 16
+    empty_scene.frame_set(7)
+    assert bpy.ops.dapple.bake_frame() == {"FINISHED"}
+    assert empty_scene.frame_current == 7
+    assert [p.name for p in tmp_path.glob("*/*")] == ["caustics_0007.exr"]
+    image = bpy.data.images.load(str(tmp_path / "Floor" / "caustics_0007.exr"))
+    pixels = np.array(image.pixels[:]).reshape(16, 16, 4)[..., :3]
+    assert pixels == pytest.approx(1 - (0.333 / 2.333) ** 2, rel=0.01)
+    assert bpy.ops.dapple.attach() == {"FINISHED"}
+    assert "dapple" in bpy.data.objects["Floor"].material_slots[0].material.node_tree.nodes["Dapple"]
+
+
 @dataclass
 class Progress:
     """What the bake yields."""
@@ -165,7 +183,7 @@ def fake_bake(log, fails_at=None):
         try:
             for done, frame in enumerate(request.frames, 1):
                 if frame == fails_at:
-                    raise DappleError('The water "Water" is empty.')
+                    raise DappleError("Object 'Water' is empty.")
                 log.append(frame)
                 yield Progress(frame, done, len(request.frames), f"Frame {frame}.")
         finally:
@@ -193,7 +211,7 @@ def test_scripts_bake_to_the_end(ready, monkeypatch):
 
 def test_an_error_is_reported_as_its_sentence(ready, monkeypatch):
     monkeypatch.setattr(ops_bake, "bake", fake_bake([], fails_at=3))
-    with pytest.raises(RuntimeError, match='Error: The water "Water" is empty'):
+    with pytest.raises(RuntimeError, match="Error: Object 'Water' is empty"):
         bpy.ops.dapple.bake_animation()
 
 
@@ -247,7 +265,7 @@ def press(monkeypatch, fails_at=None):
     monkeypatch.setattr(ops_bake, "bake", fake_bake(log, fails_at))
     context = SimpleNamespace(window="window", window_manager=manager, workspace=manager, scene=None)
     button = Button()
-    assert button.invoke(context, None) == {"RUNNING_MODAL"}
+    assert button._start(context) == {"RUNNING_MODAL"}
     assert manager.on == {"timer", "progress", "status"}
     return button, context, log
 
@@ -282,7 +300,7 @@ def test_an_error_in_a_frame_gives_the_window_back(monkeypatch):
     assert button.modal(context, event("TIMER")) == {"CANCELLED"}
     assert log == [2, "closed"]
     assert context.window_manager.on == set()
-    assert button.reports == [("ERROR", 'The water "Water" is empty.')]
+    assert button.reports == [("ERROR", "Object 'Water' is empty.")]
 
 
 def test_edits_are_held_back_and_the_view_is_not(monkeypatch):

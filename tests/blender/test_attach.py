@@ -111,7 +111,11 @@ def dump(tree):
     """All nodes with their properties and values, and all links."""
     nodes = {
         node.name: (
-            {p.identifier: plain(getattr(node, p.identifier)) for p in node.bl_rna.properties if p.type != "COLLECTION"},
+            {
+                p.identifier: plain(getattr(node, p.identifier))
+                for p in node.bl_rna.properties
+                if p.type != "COLLECTION"
+            },
             [plain(getattr(s, "default_value", None)) for s in node.inputs],
             sorted(node.keys()),
         )
@@ -220,7 +224,7 @@ def test_white_stands_in_and_is_said_where_there_is_no_albedo(make, out):
     plane("Floor", material)
     notes = attach(bpy.context, ["Floor"], out)
     assert len(notes) == 1
-    assert '"Floor"' in notes[0] and "white" in notes[0]
+    assert "'Floor'" in notes[0] and "white" in notes[0]
     product = material.node_tree.nodes["Dapple Albedo x Irradiance"]
     assert tuple(product.inputs[0].default_value) == (1.0, 1.0, 1.0)
 
@@ -316,6 +320,40 @@ def test_linked_material_is_copied(out, tmp_path):
     assert state() == before
 
 
+def test_override_of_a_linked_object_shows_its_map(out, tmp_path):
+    library = tmp_path / "library.blend"
+    floor = plane("Floor", principled())
+    bpy.data.libraries.write(str(library), {floor})
+    bpy.data.batch_remove([floor, floor.data, bpy.data.materials["Stone"]])
+    with bpy.data.libraries.load(str(library), link=True) as (_, wanted):
+        wanted.objects = ["Floor"]
+    linked = wanted.objects[0]
+    bpy.context.scene.collection.objects.link(linked)
+    with pytest.raises(DappleError, match="library override"):
+        attach(bpy.context, ["Floor"], out)
+    floor = linked.override_create(remap_local_usages=True)
+    before = state()
+    attach(bpy.context, ["Floor"], out)
+    assert "Dapple Irradiance" in floor.material_slots[0].material.node_tree.nodes
+    detach(bpy.context)
+    assert state() == before
+
+
+def test_material_of_a_modifier_is_said(out):
+    floor, marble = plane("Floor", principled()), principled("Marble")
+    group = bpy.data.node_groups.new("Set", "GeometryNodeTree")
+    for way in ("INPUT", "OUTPUT"):
+        group.interface.new_socket("Geometry", in_out=way, socket_type="NodeSocketGeometry")
+    enter, leave = group.nodes.new("NodeGroupInput"), group.nodes.new("NodeGroupOutput")
+    node = group.nodes.new("GeometryNodeSetMaterial")
+    node.inputs["Material"].default_value = marble
+    group.links.new(enter.outputs[0], node.inputs["Geometry"])
+    group.links.new(node.outputs[0], leave.inputs[0])
+    floor.modifiers.new("Set", "NODES").node_group = group
+    notes = attach(bpy.context, ["Floor"], out)
+    assert len(notes) == 1 and "'Marble'" in notes[0]
+
+
 def test_two_slots_of_one_material_are_one_edit(out):
     floor = plane("Floor", principled())
     floor.data.materials.append(bpy.data.materials["Stone"])
@@ -390,7 +428,7 @@ def test_sun_without_a_shadow_is_said(out):
     plane("Floor", principled()), plane("Water", height=1.0)
     sun(2.0).data.use_shadow = False
     notes = attach(bpy.context, ["Floor"], out, ["Water"])
-    assert len(notes) == 1 and '"Sun"' in notes[0]
+    assert len(notes) == 1 and "'Sun'" in notes[0]
 
 
 def sun(strength):
