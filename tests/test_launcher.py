@@ -198,9 +198,10 @@ def test_bake_of_no_file(launcher, capfd, arguments):
     assert end.value.code == 2 and "SCENE.blend" in capfd.readouterr().err
 
 
-def test_bake_of_something_else(launcher, tmp_path, capfd):
+@pytest.mark.parametrize("content", [b"", b"Dear Blender", b"BLENDER-v500"], ids=["empty", "text", "cut short"])
+def test_bake_of_something_else(launcher, tmp_path, capfd, content):
     path = tmp_path / "letter.blend"
-    path.write_text("Dear Blender")
+    path.write_bytes(content)
     with pytest.raises(SystemExit) as end:
         launcher.bake([str(path)])
     assert end.value.code == 2 and f"dapple: {path} cannot be opened" in capfd.readouterr().err
