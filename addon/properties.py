@@ -3,6 +3,9 @@
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
+# Blender 4.5 and later want to be told that a path may start with //; earlier ones do not know the word.
+BLEND_RELATIVE = {"PATH_SUPPORTS_BLEND_RELATIVE"} if bpy.app.version >= (4, 5) else set()
+
 METHODS = (
     ("auto", "Automatic", "Take the cheapest method that meets the tolerance, and say which and why in bake.json"),
     (
@@ -76,5 +79,5 @@ class DappleSettings(bpy.types.PropertyGroup):
         "// is the folder of the .blend file",
         default="//caustics",
         subtype="DIR_PATH",
-        options={"PATH_SUPPORTS_BLEND_RELATIVE"},
+        options=BLEND_RELATIVE,
     )
