@@ -10,6 +10,7 @@ import bpy
 
 from .bake import bake, request_from_scene
 from .errors import DappleError
+from .exr_file import is_whole
 from .write import map_path
 
 
@@ -37,17 +38,17 @@ def _bake(words):
     request = replace(request, settings=settings)
     for progress in bake(bpy.context, request):
         print(f"[{progress.done}/{progress.total}] {progress.message}", flush=True)
-    missing = _missing(request)
-    if missing:
-        raise DappleError(f"{len(missing)} maps are not on disk, {missing[0]} among them; bake these frames again.")
+    broken = _broken(request)
+    if broken:
+        raise DappleError(f"{len(broken)} maps are not on disk and whole: {broken[0]} is one; bake these frames again.")
     print(f"Maps of {len(request.frames)} frames for {len(request.receivers)} receivers are in {request.out}")
     return 0
 
 
-def _missing(request):
-    """Maps of the request that are not on disk any more."""
+def _broken(request):
+    """Maps of the request that are not on disk any more, or cut short."""
     paths = [map_path(request.out, name, frame) for name in request.receivers for frame in request.frames]
-    return [path for path in paths if not (path.is_file() and path.stat().st_size)]
+    return [path for path in paths if not is_whole(path)]
 
 
 def _parser():

@@ -156,7 +156,7 @@ def _check_mesh(what, arrays):
     broken = np.count_nonzero(~np.isfinite(arrays.positions).all(axis=1))
     if broken:
         raise DappleError(
-            f"{what} has {broken} vertices whose coordinates are not numbers; "
+            f"{what} has coordinates that are not numbers at {broken} of its {len(arrays.positions)} vertices; "
             "check its modifiers, drivers and cache for divisions by zero."
         )
 

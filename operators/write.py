@@ -18,6 +18,7 @@ import bpy
 import numpy as np
 
 from .errors import DappleError
+from .exr_file import is_whole
 
 _FORBIDDEN = frozenset('<>:"/\\|?*')
 _DEVICES = frozenset(["CON", "PRN", "AUX", "NUL"] + [f"{port}{n}" for port in ("COM", "LPT") for n in range(1, 10)])
@@ -79,7 +80,7 @@ def _put_in_place(path):
 
 
 def _save_float_image(path, pixels):
-    """Save (H,W,4) float32 through Blender, in the one order of calls that keeps the values; OSError if it is short."""
+    """Save (H,W,4) float32 through Blender, in the one order of calls that keeps the values; OSError if not whole."""
     height, width = pixels.shape[:2]
     image = bpy.data.images.new(path.name, width, height, alpha=False, float_buffer=True)
     try:
@@ -94,7 +95,7 @@ def _save_float_image(path, pixels):
     finally:
         bpy.data.images.remove(image)
     # On a disk that fills up Blender may print a line and go on.
-    if not path.exists() or path.stat().st_size < 3 * width * height * 4:
+    if not is_whole(path):
         _write_plainly(path, pixels.nbytes)
         raise OSError(errno.EIO, "Blender wrote a part of the image only")
 

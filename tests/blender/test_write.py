@@ -11,6 +11,7 @@ import OpenEXR
 import pytest
 
 from dapple.operators.errors import DappleError
+from dapple.operators.exr_file import is_whole
 from dapple.operators.write import folder_name, map_path, write_exr, write_json
 
 ROOT = Path(__file__).parents[2]
@@ -62,6 +63,7 @@ package.__path__ = [sys.argv[1]]
 sys.modules["dapple"] = package
 import numpy as np
 from dapple.operators.errors import DappleError
+from dapple.operators.exr_file import is_whole
 from dapple.operators.write import write_exr, write_json
 import bpy
 resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
@@ -100,8 +102,34 @@ def test_full_disk_is_called_so(tmp_path, monkeypatch):
     assert not list(tmp_path.iterdir())
 
 
+def test_file_cut_anywhere_is_not_whole(tmp_path):
+    write_exr(tmp_path / "map.exr", np.ones((3, 2, 3)))
+    content = (tmp_path / "map.exr").read_bytes()
+    assert is_whole(tmp_path / "map.exr")
+    assert not is_whole(tmp_path / "missing.exr")
+    for length in range(len(content)):
+        (tmp_path / "cut.exr").write_bytes(content[:length])
+        assert not is_whole(tmp_path / "cut.exr"), length
+
+
+def test_file_whose_table_was_never_written_is_not_whole(tmp_path):
+    write_exr(tmp_path / "map.exr", np.ones((3, 2, 3)))
+    content = (tmp_path / "map.exr").read_bytes()
+    table = len(content) - 3 * (8 + 2 * 12) - 3 * 8
+    for entry in range(3):
+        start = table + 8 * entry
+        (tmp_path / "cut.exr").write_bytes(content[:start] + bytes(8) + content[start + 8 :])
+        assert not is_whole(tmp_path / "cut.exr"), entry
+
+
 def test_json_takes_what_a_bake_knows(tmp_path):
-    record = {1: np.arange(3.0), "n": np.int64(4), "nan": np.float32("nan"), "path": Path("a"), "nested": ({"x": True},)}
+    record = {
+        1: np.arange(3.0),
+        "n": np.int64(4),
+        "nan": np.float32("nan"),
+        "path": Path("a"),
+        "nested": ({"x": True},),
+    }
     write_json(tmp_path / "bake.json", record)
     back = json.loads((tmp_path / "bake.json").read_text())
     assert back == {"1": [0, 1, 2], "n": 4, "nan": None, "path": "a", "nested": [{"x": True}]}
@@ -112,4 +140,4 @@ def test_folders_are_named_after_their_objects():
     awkward = ["a/b", "a:b", "..", ".", "", "nul.x", "tail ", "a\\b", "a\nb"]
     names = [folder_name(name) for name in awkward]
     assert len(set(names)) == len(awkward)
-    assert all(name.strip(" .") == name and not set(name) & set('/\\:\n') and name for name in names)
+    assert all(name.strip(" .") == name and not set(name) & set("/\\:\n") and name for name in names)

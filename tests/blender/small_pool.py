@@ -1,0 +1,66 @@
+"""The least scene that can be baked, and a solver whose answer is known: what the tests of the pipeline share."""
+
+import sys
+import types
+
+import bpy
+import numpy as np
+import OpenEXR
+
+import dapple.kernels
+from dapple.kernels.scene import Diagnostics, Solution
+
+
+def add_grid(name, z, collection=None, n=4):
+    """n x n quads over 2 x 2 m at height z, with UVs over the unit square; returns the object."""
+    bpy.ops.mesh.primitive_grid_add(x_subdivisions=n, y_subdivisions=n, size=2.0, location=(0, 0, z))
+    grid = bpy.context.object
+    grid.name = grid.data.name = name
+    grid.data.polygons.foreach_set("use_smooth", [True] * len(grid.data.polygons))
+    if collection:
+        bpy.context.scene.collection.objects.unlink(grid)
+        collection.objects.link(grid)
+    return grid
+
+
+def build_pool(scene, out):
+    """Water that rises from z = 1 by 0.1 m a frame, a floor at z = 0, a sun straight above; settings that bake it."""
+    water = add_grid("Water", 1.0)
+    water.driver_add("location", 2).driver.expression = "1 + (frame - 1) / 10"
+    receivers = bpy.data.collections.new("Receivers")
+    scene.collection.children.link(receivers)
+    add_grid("Floor", 0.0, receivers)
+    sun = bpy.data.lights.new("Sun", "SUN")
+    sun.energy = 1.0
+    scene.collection.objects.link(bpy.data.objects.new("Sun", sun))
+    scene.frame_end = 3
+    scene.dapple.water, scene.dapple.receivers = water, receivers
+    scene.dapple.resolution, scene.dapple.output = 16, str(out)
+
+
+def solve_by_height(scene, texels, settings):
+    """A Solution whose irradiance is the mean height of the water."""
+    height = scene.water.positions[:, 2].mean()
+    images = tuple(one.image(np.full((len(one.texel), 3), height)) for one in texels)
+    diagnostics = Diagnostics("by_height", "a test asked for it", {"think": 0.25}, np.full(3, 4.0))
+    diagnostics.flux_received = {receiver.name: np.full(3, 3.0) for receiver in scene.receivers}
+    diagnostics.flux_lost = {"rim": np.full(3, 1.0)}
+    return Solution(images, tuple(np.ones(image.shape[:2], np.uint8) for image in images), diagnostics)
+
+
+def use_solver(monkeypatch, solve):
+    """Let `solve` answer in the place of the kernels."""
+    fake = types.ModuleType("dapple.kernels.methods")
+    fake.METHODS, fake.solve = {"photon_splat": None, "conic_walk": None}, solve
+    monkeypatch.setitem(sys.modules, fake.__name__, fake)
+    monkeypatch.setattr(dapple.kernels, "methods", fake, raising=False)
+
+
+def read_exr(path):
+    """(H,W,3) float32, row 0 at v = 0, by OpenEXR's own reader."""
+    return OpenEXR.File(str(path)).channels()["RGB"].pixels[::-1]
+
+
+def files_in(folder):
+    """Every file under a folder, hidden ones too, relative to it."""
+    return sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file())
