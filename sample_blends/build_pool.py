@@ -141,7 +141,7 @@ def add_surroundings(group):
 
 
 def add_probe():
-    """Make the probe that stands in, in EEVEE, for what a refracted ray would meet where the screen does not show it."""
+    """Make the probe that EEVEE looks up where a refracted ray leaves the screen."""
     data = bpy.data.lightprobes.new("Pool Probe", "SPHERE")
     data.influence_type = data.parallax_type = "BOX"
     data.use_custom_parallax = True

@@ -33,7 +33,7 @@ def floor():
 
 
 def walls():
-    """Return four walls set on the sheet like the sails of a windmill, which wastes little, and the sheet's side [m]."""
+    """Return four walls, set on the sheet like the sails of a windmill to waste little, and the sheet's side [m]."""
     length, quads = 2 * HALF, []
     side = (length + TOP) / (1 - 2 * GAP)
     rim = side * GAP / 2
@@ -61,7 +61,7 @@ def steps():
         quads.append(
             _quad(place, (0, -STEP_WIDTH, 0), (forward, 0, drop), flat, (STEP_WIDTH, 0), (0, length), material)
         )
-        place, down = place + (forward, 0, drop), down + length
+        place, down = np.add(place, (forward, 0, drop)), down + length
     for step in range(STEPS):
         corner, flat = (-HALF + step * TREAD, HALF - STEP_WIDTH, 0), (3 * rim + STEP_WIDTH + step * TREAD, rim)
         height = (STEPS - step) * RISE

@@ -146,7 +146,7 @@ def new_material(name):
     return material, shader
 
 
-def new_plain(name, colour, roughness=0.5, specular=0.0):
+def new_plain(name, colour, roughness=0.4, specular=0.3):
     """Make a material of one colour, linear RGB."""
     material, shader = new_material(name)
     shader.inputs["Base Color"].default_value = (*colour, 1.0)
@@ -195,7 +195,7 @@ def choose(water, receivers):
 
 
 def save(name):
-    """Write the session to sample_blends/<name>, compressed, without a backup of the one before, and end the process."""
+    """Write the session to sample_blends/<name>, compressed and without a backup, and end the process."""
     bpy.context.scene.dapple.output = f"//{Path(name).stem}_caustics"
     bpy.context.preferences.filepaths.save_version = 0
     bpy.ops.wm.save_as_mainfile(filepath=str(FOLDER / name), compress=True, relative_remap=True)
