@@ -17,6 +17,7 @@ def add_grid(name, z, collection=None, n=4):
     grid = bpy.context.object
     grid.name = grid.data.name = name
     grid.data.polygons.foreach_set("use_smooth", [True] * len(grid.data.polygons))
+    grid.data.update()
     if collection:
         bpy.context.scene.collection.objects.unlink(grid)
         collection.objects.link(grid)

@@ -1,6 +1,7 @@
 """A bake writes what was solved, frame by frame, and what was baked before stays."""
 
 import json
+import math
 import subprocess
 import sys
 from dataclasses import replace
@@ -156,6 +157,23 @@ def test_render_settings_and_data_stay(pool):
     run(pool)
     after = (render.file_format, render.color_depth, pool.render.filepath, len(bpy.data.images), len(bpy.data.meshes))
     assert after == before
+
+
+@pytest.mark.parametrize("method", ["photon_splat", "conic_walk"])
+def test_flat_water_lets_through_what_fresnel_says(empty_scene, out, method):
+    """Sun at 30 degrees: cos 30 (1 - F) = 0.8475 of its irradiance on a level floor, at any depth."""
+    build_pool(empty_scene, out)
+    empty_scene.dapple.method = method
+    bpy.data.objects["Water"].scale = (3, 3, 1)
+    bpy.data.objects["Sun"].rotation_euler = (math.radians(30), 0, 0)
+    bpy.data.lights["Sun"].energy, bpy.data.lights["Sun"].color = 2.0, (1.0, 0.5, 0.0)
+    run(empty_scene, frames=(4,))
+    image = read_exr(out / "Floor/caustics_0004.exr")
+    np.testing.assert_allclose(image.mean((0, 1)), 2 * 0.8475 * np.array([1.0, 0.5, 0.0]), rtol=5e-3)
+    assert ((image[..., 0] / (2 * 0.8475) - 1) ** 2).mean() < 2 * empty_scene.dapple.tolerance
+    entry = record(out)["frames"]["4"]
+    assert entry["method"] == method
+    assert entry["flux_received"]["Floor"][0] == pytest.approx(4 * 2 * 0.8475, rel=5e-3)
 
 
 def test_awkward_names_get_folders_of_their_own(pool, out):

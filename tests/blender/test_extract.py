@@ -41,6 +41,7 @@ def sphere(name, smooth=True):
     thing = bpy.context.object
     thing.name = name
     thing.data.polygons.foreach_set("use_smooth", [smooth] * len(thing.data.polygons))
+    thing.data.update()
     return thing
 
 
