@@ -27,13 +27,26 @@ def attach(context: bpy.types.Context, receiver_names, out_dir, water_names=()) 
     receivers = [_receiver(name) for name in receiver_names]
     waters = [_object(name) for name in water_names]
     maps = [_find_maps(receiver, Path(out_dir)) for receiver in receivers]
-    detach(context, receiver_names)
+    # What is attached already goes first, so that no copy is made of it.
+    for receiver in receivers:
+        _strip(receiver)
     notes = []
     for receiver, files in zip(receivers, maps, strict=True):
         notes += _attach_one(receiver, files) + _out_of_reach(receiver, context.evaluated_depsgraph_get())
+    _remove_unused_images()
     for water in waters:
         attach_shadow.make_opaque(water)
     return notes + attach_shadow.doubts(context.scene, waters)
+
+
+def refresh(receiver_names, out_dir) -> None:
+    """After a bake, read the maps in `out_dir` anew on the receivers that show one; raises DappleError as `attach`."""
+    for obj in bpy.data.objects:
+        if obj.name in receiver_names and attach_slots.SLOTS in obj:
+            sequence = _load(obj.name, _find_maps(obj, Path(out_dir)))
+            for tree in _trees(obj):
+                attach_nodes.update(tree, sequence)
+    _remove_unused_images()
 
 
 def detach(context: bpy.types.Context, receiver_names=None) -> list[str]:
@@ -44,12 +57,9 @@ def detach(context: bpy.types.Context, receiver_names=None) -> list[str]:
     attached = [obj for obj in bpy.data.objects if attach_slots.SLOTS in obj]
     chosen = [obj for obj in attached if receiver_names is None or obj.name in receiver_names]
     for obj in chosen:
-        for slot in obj.material_slots:
-            if slot.material and attach_slots.COPY not in slot.material and not slot.material.library:
-                attach_nodes.strip(slot.material.node_tree)
+        _strip(obj)
         attach_slots.restore(obj)
-    for image in [image for image in bpy.data.images if IMAGE in image and image.users == 0]:
-        bpy.data.images.remove(image)
+    _remove_unused_images()
     if len(chosen) == len(attached):
         attach_shadow.restore()
     return [obj.name for obj in chosen]
@@ -61,7 +71,7 @@ def _attach_one(receiver, files):
     # Baked by the UV map that renders; one that only modifiers make is no layer of the mesh, and empty means it too.
     uv_map = next((layer.name for layer in receiver.data.uv_layers if layer.active_render), "")
     for material in materials:
-        # A copy of another receiver's material has that one's map.
+        # It may be a copy of a material that shows the map of an object that is not attached now.
         attach_nodes.strip(material.node_tree)
         if not attach_nodes.add(material.node_tree, sequence, uv_map):
             notes.append(
@@ -98,13 +108,33 @@ def _find_maps(receiver, out_dir):
 
 def _load(name, files):
     first, last = min(files), max(files)
-    image = bpy.data.images.load(_blend_relative(files[first]))
-    image.name = f"Dapple {name}"
-    image[IMAGE] = True
+    path = _blend_relative(files[first])
+    image = next((image for image in bpy.data.images if image.get(IMAGE) == name), None)
+    if image is None:
+        image = bpy.data.images.load(path)
+        image.name, image[IMAGE] = f"Dapple {name}", name
+    image.filepath = path
+    image.source = "SEQUENCE" if len(files) > 1 else "FILE"
     image.colorspace_settings.name = "Non-Color"
-    if len(files) > 1:
-        image.source = "SEQUENCE"
+    # Blender keeps the pixels of an earlier bake otherwise.
+    image.reload()
     return attach_nodes.Sequence(image, first, last)
+
+
+def _remove_unused_images():
+    for image in [image for image in bpy.data.images if IMAGE in image and image.users == 0]:
+        bpy.data.images.remove(image)
+
+
+def _strip(obj):
+    for tree in _trees(obj):
+        attach_nodes.strip(tree)
+
+
+def _trees(obj):
+    """Node trees of the materials of `obj` that can be edited, each once."""
+    materials = {slot.material for slot in obj.material_slots} - {None}
+    return [material.node_tree for material in materials if material.node_tree and not material.library]
 
 
 def _blend_relative(path):

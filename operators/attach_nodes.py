@@ -41,9 +41,10 @@ def add(tree: bpy.types.NodeTree, sequence: Sequence, uv_map: str) -> bool:
     frame.name, frame.label, frame[TAG] = "Dapple", "Dapple", True
     x, y = output.location
     surface = output.inputs["Surface"]
-    albedo = find_albedo(surface)
+    shader, groups = find_diffuse(surface) or (None, ())
+    albedo = _resolve(shader.inputs[ALBEDO_INPUTS[shader.bl_idname]], groups) if shader else None
     emission = _new(tree, "ShaderNodeEmission", frame, (x - 200, y - 300), "Light")
-    emission.inputs["Strength"].default_value = 1.0 / math.pi
+    emission.inputs["Strength"].default_value = _diffuse_share(shader) / math.pi
     product = _new(tree, "ShaderNodeVectorMath", frame, (x - 400, y - 300), "Albedo x Irradiance")
     product.operation = "MULTIPLY"
     _feed(tree, albedo, product.inputs[0])
@@ -67,26 +68,40 @@ def strip(tree: bpy.types.NodeTree) -> bool:
     return bool(ours)
 
 
-def find_albedo(surface: bpy.types.NodeSocket, groups: tuple = ()) -> bpy.types.NodeSocket | tuple | None:
-    """Find the albedo of the first diffuse shader that feeds `surface`, an input socket below the nested `groups`.
+def update(tree: bpy.types.NodeTree, sequence: Sequence) -> None:
+    """Let the nodes that `add` added read `sequence`, and leave all else as it is."""
+    for node in tree.nodes:
+        if TAG in node and node.bl_idname == "ShaderNodeTexImage":
+            _read(node, sequence)
 
-    Returns an output socket of the material's own tree, or an RGB value, or None if there is none or it is out of
-    reach inside a group.
+
+def find_diffuse(surface: bpy.types.NodeSocket, groups: tuple = ()) -> tuple[bpy.types.Node, tuple] | None:
+    """Find the first diffuse shader that feeds `surface`, an input socket inside the nested group nodes `groups`.
+
+    Returns the shader's node and the group nodes that it is in, outermost first; None if there is no such shader.
     """
     source = _source(surface)
     if source is None:
         return None
     node = source.node
     if node.bl_idname in ALBEDO_INPUTS:
-        return _resolve(node.inputs[ALBEDO_INPUTS[node.bl_idname]], groups)
+        return node, groups
     if node.type == "GROUP":
-        return find_albedo(_twin(_group_output(node), source), (*groups, node)) if _group_output(node) else None
+        return find_diffuse(_twin(_group_output(node), source), (*groups, node)) if _group_output(node) else None
     if node.type == "GROUP_INPUT":
-        return find_albedo(_twin(groups[-1], source), groups[:-1])
-    for socket in node.inputs:
-        if socket.type == "SHADER" and (found := find_albedo(socket, groups)) is not None:
-            return found
-    return None
+        return find_diffuse(_twin(groups[-1], source), groups[:-1])
+    shaders = (find_diffuse(socket, groups) for socket in node.inputs if socket.type == "SHADER")
+    return next((found for found in shaders if found), None)
+
+
+def _diffuse_share(shader):
+    """How much of a shader is diffuse: neither metal nor glass. A share that a texture gives is taken as 1."""
+    share = 1.0
+    for name in ("Metallic", "Transmission Weight"):
+        socket = shader.inputs.get(name) if shader else None
+        if socket and _source(socket) is None:
+            share *= 1.0 - socket.default_value
+    return share
 
 
 def _resolve(socket, groups):
@@ -131,19 +146,23 @@ def _map_socket(tree, sequence, uv_map, frame, location):
     """Make the nodes that read the map by the UV map that was baked; return the map's colour output."""
     x, y = location
     texture = _new(tree, "ShaderNodeTexImage", frame, (x, y), "Irradiance")
-    texture.image = sequence.image
     texture.extension = "EXTEND"
     texture.interpolation = "Linear"
-    user = texture.image_user
+    _read(texture, sequence)
+    uv = _new(tree, "ShaderNodeUVMap", frame, (x - 200, y), "UV Map")
+    uv.uv_map = uv_map
+    tree.links.new(uv.outputs["UV"], texture.inputs["Vector"])
+    return texture.outputs["Color"]
+
+
+def _read(texture, sequence):
+    """Set which files an image texture reads at which frame."""
+    texture.image, user = sequence.image, texture.image_user
     # The file's number is frame - frame_start + 1 + frame_offset. Cyclic, for outside of the range a sequence is
     # magenta otherwise.
     user.frame_start, user.frame_offset = sequence.first, sequence.first - 1
     user.frame_duration = sequence.last - sequence.first + 1
     user.use_cyclic = user.use_auto_refresh = True
-    uv = _new(tree, "ShaderNodeUVMap", frame, (x - 200, y), "UV Map")
-    uv.uv_map = uv_map
-    tree.links.new(uv.outputs["UV"], texture.inputs["Vector"])
-    return texture.outputs["Color"]
 
 
 def _add_to_surface(tree, emission, surface, frame, location):

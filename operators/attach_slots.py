@@ -15,8 +15,12 @@ ADDED = "ADDED"
 
 
 def make_own(obj: bpy.types.Object) -> tuple[list[bpy.types.Material], list[str]]:
-    """Give `obj` materials that nothing else shows; return these, and a sentence for every one that is new."""
-    notes, own, slots = [], {}, {}
+    """Give `obj` materials that nothing else shows; return these, and a sentence for every one that is new.
+
+    Called again, it keeps the copies that it made, and with them what was changed in them since.
+    """
+    notes, own = [], {}
+    slots = obj[SLOTS].to_dict() if SLOTS in obj else {}
     if not obj.material_slots:
         obj.data.materials.append(None)
         slots["0"] = ADDED
@@ -51,7 +55,7 @@ def restore(obj: bpy.types.Object) -> None:
 
 def _is_own(obj, material):
     """Whether `material` can be edited and only `obj` shows it."""
-    if material.library or material.override_library or not _has_nodes(material) or COPY in material:
+    if material.library or material.override_library or not _has_nodes(material):
         return False
     users = bpy.data.user_map(subset={material})[material]
     return not users - {obj, obj.data} and not (obj.data in users and _is_shared(obj.data))

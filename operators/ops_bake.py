@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import bpy
 
+from .attach import refresh
 from .bake import bake, request_from_scene
 from .errors import DappleError
 
@@ -58,26 +59,28 @@ class _Bake:
         raise NotImplementedError
 
     def execute(self, context):
-        progress = None
         try:
-            for progress in bake(context, self.request(context.scene)):  # noqa: B007 - the last one is reported
-                pass
+            self._begin(context)
+            for progress in self._steps:
+                self._last = progress
         except DappleError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        return self._finish(progress)
+            return self._fail(error)
+        return self._finish()
 
     def invoke(self, context, _event):
         # In the background no timer fires.
         return self.execute(context) if bpy.app.background else self._start(context)
 
+    def _begin(self, context):
+        self._last = None
+        self._request = self.request(context.scene)
+        self._steps = bake(context, self._request)
+
     def _start(self, context):
         try:
-            self._steps = bake(context, self.request(context.scene))
+            self._begin(context)
         except DappleError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        self._last = None
+            return self._fail(error)
         manager = context.window_manager
         self._timer = manager.event_timer_add(0.01, window=context.window)
         manager.progress_begin(0, 1)
@@ -88,6 +91,7 @@ class _Bake:
     def modal(self, context, event):
         if event.type == "ESC":
             self.cancel(context)
+            self._show()
             done = self._last.done if self._last else 0
             self.report({"WARNING"}, f"Stopped: {done} finished frame(s) are kept")
             return {"CANCELLED"}
@@ -100,11 +104,10 @@ class _Bake:
             self._last = next(self._steps)
         except StopIteration:
             self.cancel(context)
-            return self._finish(self._last)
+            return self._finish()
         except DappleError as error:
             self.cancel(context)
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+            return self._fail(error)
         except BaseException:
             self.cancel(context)
             raise
@@ -122,9 +125,20 @@ class _Bake:
         context.window_manager.progress_end()
         context.workspace.status_text_set(None)
 
-    def _finish(self, progress):
-        self.report({"INFO"}, progress.message if progress else "There was no frame to bake")
+    def _finish(self):
+        self._show()
+        self.report({"INFO"}, self._last.message)
         return {"FINISHED"}
+
+    def _fail(self, error):
+        self._show()
+        self.report({"ERROR"}, str(error))
+        return {"CANCELLED"}
+
+    def _show(self):
+        """Let receivers that show their maps show the new ones."""
+        if self._last:
+            refresh(self._request.receivers, self._request.out)
 
 
 class DAPPLE_OT_bake_frame(_Bake, bpy.types.Operator):

@@ -7,7 +7,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from dapple.operators.attach import attach, detach  # noqa: E402
+from dapple.operators.attach import attach, detach, refresh  # noqa: E402
 from dapple.operators.errors import DappleError  # noqa: E402
 from dapple.operators.write import map_path, write_exr  # noqa: E402
 
@@ -183,6 +183,15 @@ def test_albedo_is_the_value_of_the_shader(make, out):
     attach(bpy.context, ["Floor"], out)
     product = material.node_tree.nodes["Dapple Albedo x Irradiance"]
     assert tuple(product.inputs[0].default_value) == pytest.approx((0.2, 0.4, 0.6))
+
+
+def test_metal_takes_no_light(out):
+    material = principled()
+    shader(material).inputs["Metallic"].default_value = 0.75
+    plane("Floor", material)
+    attach(bpy.context, ["Floor"], out)
+    strength = material.node_tree.nodes["Dapple Light"].inputs["Strength"].default_value
+    assert strength == pytest.approx(0.25 / math.pi)
 
 
 def test_albedo_is_read_through_the_link_that_feeds_the_shader(out):
@@ -365,6 +374,31 @@ def test_two_slots_of_one_material_are_one_edit(out):
     assert state() == before
 
 
+def test_a_copy_keeps_what_was_changed_in_it(out):
+    floor, _ = plane("Floor", principled()), plane("Ring", bpy.data.materials["Stone"])
+    attach(bpy.context, ["Floor"], out)
+    copy = floor.material_slots[0].material
+    shader(copy).inputs["Base Color"].default_value = (0.1, 0.1, 0.1, 1.0)
+    assert attach(bpy.context, ["Floor"], out) == []
+    assert floor.material_slots[0].material == copy
+    product = copy.node_tree.nodes["Dapple Albedo x Irradiance"]
+    assert tuple(product.inputs[0].default_value) == pytest.approx((0.1, 0.1, 0.1))
+
+
+def test_refresh_reads_new_maps_and_leaves_the_rest(out):
+    material = principled()
+    plane("Floor", material), plane("Wall", principled("Paint"))
+    attach(bpy.context, ["Floor"], out)
+    nodes = material.node_tree.nodes
+    nodes["Dapple Light"].inputs["Strength"].default_value = 7.0
+    write_exr(map_path(out, "Floor", 9), np.full((4, 4, 3), 9.0))
+    refresh(["Floor", "Wall"], out)
+    assert nodes["Dapple Irradiance"].image_user.frame_duration == 7
+    assert nodes["Dapple Light"].inputs["Strength"].default_value == 7.0
+    assert not any("dapple" in n for n in bpy.data.materials["Paint"].node_tree.nodes)
+    assert [i.source for i in bpy.data.images] == ["SEQUENCE"]
+
+
 def test_duplicate_of_a_receiver_gets_its_own_map(out):
     floor = plane("Floor", principled())
     attach(bpy.context, ["Floor"], out)
@@ -493,5 +527,5 @@ def test_eevee_shows_the_map_in_watts_and_the_sun_not_twice(out, tmp_path):
 
     for frame in (3, 4, 5):
         write_exr(map_path(out, "Floor", frame), np.zeros((4, 4, 3)))
-    attach(bpy.context, ["Floor"], out, ["Water"])
+    refresh(["Floor"], out)
     assert radiance(scene, picture) < 0.005 * bare
