@@ -37,6 +37,25 @@ def owners(corners, usable, resolution):
     return owner, nearest == 0
 
 
+def touching(corners, resolution):
+    """(triangle, flat texel) of every texel that triangles corners (T,3,2) touch, and a few that they barely miss;
+    triangles may leave the image."""
+    low = np.floor(corners.min(1))
+    high = np.floor(corners.max(1)) + 1
+    seen = np.flatnonzero(((high > 0) & (low < resolution)).all(1))
+    low = np.clip(low[seen], 0, resolution - 1).astype(np.int64)
+    size = np.clip(high[seen], 1, resolution).astype(np.int64) - low
+    pairs = []
+    for block in _blocks(size.prod(1)):
+        parent, texel = _candidates(low[block], size[block], resolution)
+        row, column = np.divmod(texel, resolution)
+        near = _edge_distances(column + 0.5, row + 0.5, corners[seen[block]], parent).min(0) > -_REACH
+        pairs.append((seen[block][parent[near]], texel[near]))
+    if not pairs:
+        return np.zeros(0, np.int64), np.zeros(0, np.int64)
+    return np.concatenate([p[0] for p in pairs]), np.concatenate([p[1] for p in pairs])
+
+
 def barycentrics(points, corners):
     """Barycentric coordinates (n,3) of points (n,2) in triangles corners (n,3,2), clamped to the nearest point of each
     triangle, and the squared distance (n,) to it, 0 inside."""

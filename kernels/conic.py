@@ -1,0 +1,208 @@
+"""The coplanarity conic of a triangle with interpolated normals, in the frame of the sun.
+
+For a point P and parallel light, the points M of a triangle where PM, the light and the normal N are coplanar form a
+conic [1, eq. 9-12]. In a frame whose z points to the sun it is g = 0 with
+
+    g(M) = N_x (M_y - P_y) - N_y (M_x - P_x),
+
+a quadratic form over the triangle, and quadratic along an edge:  g(s) = g0 + (g1 - g0 - k) s + k s^2  with k = dN x dM
+of the edge. At a vertex it costs four numbers. Signs of g at the vertices decide which edges the curve crosses, so
+every triangle round an edge agrees, zero counting as positive.
+
+[1] Granizo-Hidalgo & Holzschuch 2024, Interactive Rendering of Caustics using Dimension Reduction for Manifold
+    Next-Event Estimation. Its edge equations 22-23 are misprinted; those here follow from eq. 12.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+AFTER = np.array([1, 2, 0])  # corner, or edge, that follows
+BEFORE = np.array([2, 0, 1])
+ACROSS = np.array([[0.0, 1.0], [-1.0, -1.0], [1.0, 0.0]])  # gradient in (a, b) of the weight across from each edge
+_STRAIGHT = 1e-3  # rad between chord and tangent
+_TOUCHING = 1e-9  # in barycentric coordinates
+_RESIDUAL = 1e-7  # |G| of a root, for unit normals: a root of a torn curve has more
+
+
+class Surface:
+    """The lit water as tables that a walk reads: one row per corner record, one entry per half-edge.
+
+    m (3,R) positions and n (3,R) normals of the records, which are the vertices under smooth shading and the corners of
+    the triangles otherwise; per half-edge h: tail, head, tip (3T,) records of its two ends and of the vertex across; after,
+    before (3T,) the triangle's other half-edges; k (3T,) of its edge; over (3T,) the twin; turned (3T,) bool or None, the twin runs the same way.
+    """
+
+    def __init__(self, lit, twins):
+        flat = lit.triangles.ravel()
+        if lit.normal_triangles is lit.triangles or np.array_equal(lit.normal_triangles, lit.triangles):
+            record, self.m, self.n = flat, lit.positions.T, lit.normals.T
+        else:
+            record = np.arange(len(flat))
+            self.m, self.n = lit.positions[flat].T, lit.normals[lit.normal_triangles.ravel()].T
+        self.m, self.n = np.ascontiguousarray(self.m), np.ascontiguousarray(self.n)
+        corner = record.reshape(-1, 3).astype(np.int64)
+        self.tail = corner.ravel()
+        self.head = corner[:, AFTER].ravel()
+        self.tip = corner[:, BEFORE].ravel()
+        first = np.arange(0, len(flat), 3)[:, None]
+        self.after, self.before = (first + AFTER).ravel(), (first + BEFORE).ravel()
+        dn = [np.take(c, self.head) - np.take(c, self.tail) for c in self.n[:2]]
+        dm = [np.take(c, self.head) - np.take(c, self.tail) for c in self.m[:2]]
+        self.k = dn[0] * dm[1] - dn[1] * dm[0]
+        self.over = twins.astype(np.int64)
+        turned = (self.over >= 0) & (flat[self.over] == flat)
+        self.turned = turned if turned.any() else None
+
+    def g(self, record, px, py):
+        """g (n,) at records for receiver points (px, py)."""
+        nx, ny = np.take(self.n[0], record), np.take(self.n[1], record)
+        return nx * (np.take(self.m[1], record) - py) - ny * (np.take(self.m[0], record) - px)
+
+    def corner_records(self, triangle):
+        """Records (n,3) of the corners of triangles (n,)."""
+        return self.tail.reshape(-1, 3)[triangle]
+
+    def between(self, one, other, s):
+        """M (3,n) and N (3,n) at share s of the way from record one to record other."""
+        points = []
+        for table in (self.m, self.n):
+            first = [np.take(c, one) for c in table]
+            points.append([a + s * (np.take(c, other) - a) for a, c in zip(first, table, strict=True)])
+        return points
+
+    def at(self, triangle, weights):
+        """M (3,n) and N (3,n) at barycentric weights (n,3) of triangles (n,)."""
+        corner = self.corner_records(triangle)
+        return [
+            [sum(weights[:, i] * np.take(c, corner[:, i]) for i in range(3)) for c in table]
+            for table in (self.m, self.n)
+        ]
+
+
+def edge_root(p, q, k):
+    """Where (n,), in 0..1, g crosses zero on edges with values p, q of opposite sign at their ends."""
+    k = np.where(p < 0, k, -k)  # turned so that g rises
+    linear = np.where(p < 0, q - p, p - q) - k
+    rise = np.abs(p)
+    root = np.sqrt(np.maximum(linear * linear + 4 * k * rise, 0))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        s = np.where(linear >= 0, 2 * rise / (linear + root), (root - linear) / (2 * k))
+    return np.clip(np.nan_to_num(s, nan=0.5), 0, 1)
+
+
+def has_double_root(p, q, k):
+    """Whether (n,) g crosses zero twice on edges whose ends have values p, q of one sign."""
+    linear = q - p - k
+    return (linear * (linear + 2 * k) < 0) & (p * k > 0) & (linear * linear > 4 * k * p)
+
+
+def edge_crossings(g, k):
+    """All crossings of triangles' edges: g (n,3) at the corners, k (n,3) per edge -> s (n,3,2), NaN for none."""
+    p, q = g, g[:, AFTER]
+    s = np.full((*g.shape, 2), np.nan)
+    single = (p < 0) != (q < 0)
+    s[single, 0] = edge_root(p[single], q[single], k[single])
+    double = ~single & has_double_root(p, q, k)
+    linear, k2 = (q - p - k)[double], k[double]
+    root = np.sqrt(linear * linear - 4 * k2 * p[double])
+    s[double, 0], s[double, 1] = (-linear - root) / (2 * k2), (-linear + root) / (2 * k2)
+    return s
+
+
+def weights_on_edge(edge, s):
+    """Barycentric weights (n,3) of share s along edges (n,) 0..2 of a triangle."""
+    weights = np.zeros((len(edge), 3))
+    row = np.arange(len(edge))
+    weights[row, edge] = 1 - s
+    weights[row, AFTER[edge]] = s
+    return weights
+
+
+def conic(corner_m, corner_n, px, py):
+    """Coefficients A..F (6,n) of g over triangles: A a^2 + B b^2 + C a b + D a + E b + F. Corners (3,3,n): corner, axis."""
+
+    def cross(u, v):
+        return u[0] * v[1] - u[1] * v[0]
+
+    m0 = corner_m[0, :2] - np.stack([px, py])
+    m1, m2 = corner_m[1, :2] - corner_m[0, :2], corner_m[2, :2] - corner_m[0, :2]
+    n0 = corner_n[0, :2]
+    n1, n2 = corner_n[1, :2] - n0, corner_n[2, :2] - n0
+    return np.stack(
+        [
+            cross(n1, m1),
+            cross(n2, m2),
+            cross(n1, m2) + cross(n2, m1),
+            cross(n0, m1) + cross(n1, m0),
+            cross(n0, m2) + cross(n2, m0),
+            cross(n0, m0),
+        ]
+    )
+
+
+def tangent(coefficients, a, b):
+    """Direction (2,n) of the conic at its points (a, b), of either sense, and the gradient (2,n)."""
+    A, B, C, D, E, _ = coefficients
+    gradient = np.stack([2 * A * a + C * b + D, C * a + 2 * B * b + E])
+    return np.stack([-gradient[1], gradient[0]]), gradient
+
+
+def follow(coefficients, start, along, gradient, candidates):
+    """First of a triangle's crossings that the conic meets when it leaves `start` in the direction `along`.
+
+    coefficients (6,n); start (2,n) on the conic; along (2,n) tangent there; gradient (2,n); candidates (n,6,2), two on
+    each edge, NaN for none. Returns the index (n,) of 0..5, and whether (n,) there is any. A line through `start` meets
+    the conic in one more point, so the points come in the order of their lines' angles from the tangent, turning to the
+    side to which the conic bends; that holds for ellipses and for both branches of hyperbolas.
+    """
+    A, B, C = coefficients[:3]
+    bend = A * along[0] ** 2 + B * along[1] ** 2 + C * along[0] * along[1]
+    side = np.where(bend > 0, -1.0, 1.0)
+    chord = candidates - start.T[:, None]
+    forth = chord[..., 0] * along[0][:, None] + chord[..., 1] * along[1][:, None]
+    aside = (chord[..., 0] * gradient[0][:, None] + chord[..., 1] * gradient[1][:, None]) * side[:, None]
+    angle = np.arctan2(aside, forth) % np.pi
+    # Nearly straight: rounding turns the line either way, but ahead comes first and behind comes last.
+    straight = (angle < _STRAIGHT) | (angle > np.pi - _STRAIGHT)
+    angle = np.where(straight, np.where(forth > 0, 0.0, np.pi), angle)
+    # On the very edge: met at once by a curve that leaves there, last by one that comes in.
+    outward = -(ACROSS @ along).T.repeat(2, axis=1)
+    touching = np.abs(chord).max(2) < _TOUCHING
+    angle = np.where(touching, np.where(outward > 0, -1.0, 2 * np.pi), angle)
+    exists = ~np.isnan(candidates[..., 0])
+    return np.where(exists, angle, np.inf).argmin(1), exists.any(1)
+
+
+def objective(m, n, p, eta, ex, ey):
+    """The signed function f whose zeros on the conic are refracted paths, and the direction (ex, ey) that signs it.
+
+    m, n, p (3,n): point and normal on the water, receiver point; (ex, ey) from the last point on the curve. With
+    w = P - M, u = w / |w| and u.d = -u_z, a path obeys  G = N_perp (eta u.d - 1) + eta N_z u_perp = 0  [Snell]; on the
+    conic G is parallel to both N_perp and u_perp, and f is G |w| along the relatively longer of them, its sense carried
+    along the curve.
+    """
+    wx, wy, wz = p[0] - m[0], p[1] - m[1], p[2] - m[2]
+    across = wx * wx + wy * wy
+    length2 = across + wz * wz
+    along = -eta * wz - np.sqrt(length2)
+    lift = eta * n[2]
+    gx, gy = n[0] * along + lift * wx, n[1] * along + lift * wy
+    use_n = (n[0] * n[0] + n[1] * n[1]) * length2 > across
+    dx, dy = np.where(use_n, n[0], wx), np.where(use_n, n[1], wy)
+    flip = np.where(dx * ex + dy * ey < 0, -1.0, 1.0)
+    dx *= flip
+    dy *= flip
+    return gx * dx + gy * dy, dx, dy
+
+
+def is_path(m, n, p, eta):
+    """Whether (n,) a zero of f is light: G vanishes, u bends the right way, u.d > 1 / eta and N_perp . u_perp <= 0."""
+    w = [p[i] - m[i] for i in range(3)]
+    length = np.sqrt(w[0] ** 2 + w[1] ** 2 + w[2] ** 2)
+    along, lift = -eta * w[2] - length, eta * n[2]
+    residual = np.abs(n[0] * along + lift * w[0]) + np.abs(n[1] * along + lift * w[1])
+    towards = n[0] * w[0] + n[1] * w[1]
+    slack = 1e-9 * length
+    bent = (-w[2] > length / eta - slack) & (towards <= slack) & (n[2] > 0)
+    return bent & (residual < _RESIDUAL * length)

@@ -1,0 +1,148 @@
+"""Where a walk starts: the straight ray to the sun, the conic through its hit, and the two ways along it.
+
+The point M0 where the ray from P to the sun passes the water is on the curve [1, 3.4.2]. Light bends towards the
+normal, so the root lies first on the side that the normal leans to; the other side is tried after it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .conic import AFTER, conic, edge_crossings, follow, objective, tangent, weights_on_edge
+from .conic_root import apex_between
+
+_MOVES = 3  # triangles that rounding may have put M0 off
+_UPRIGHT = 1e-14  # |N_perp|^2 / |N|^2 under which M0 itself is the path
+
+
+@dataclass
+class Start:
+    """First arcs (n,) from M0: triangle, weights (n,3) of M0, normal_perp (2,n) there; upright (n,) bool, M0 is the
+    root; closed (n,) bool, the conic does not leave the triangle; forward and backward exits as edge (n,) and share s
+    (n,); p (3,n)."""
+
+    triangle: np.ndarray
+    weights: np.ndarray
+    normal_perp: np.ndarray
+    upright: np.ndarray
+    closed: np.ndarray
+    forward: tuple[np.ndarray, np.ndarray]
+    backward: tuple[np.ndarray, np.ndarray]
+    p: np.ndarray
+
+    @property
+    def apex(self):
+        """Corner (n,) whose lines cross the first arc once."""
+        return apex_between(self.backward[0], self.forward[0])
+
+
+def locate(surface, triangle, px, py):
+    """Triangle (n,) that holds (px, py) in the sun's view, and barycentric weights (n,3), from a float32 hit."""
+    triangle = triangle.copy()
+    for _ in range(_MOVES):
+        weights = _plan_weights(surface, triangle, px, py)
+        edge = AFTER[weights.argmin(1)]  # the edge across from the most negative corner
+        over = surface.over[3 * triangle + edge]
+        out = (weights.min(1) < 0) & (over >= 0)
+        if not out.any():
+            break
+        triangle[out] = over[out] // 3
+    weights = np.clip(_plan_weights(surface, triangle, px, py), 0, 1)
+    return triangle, weights / weights.sum(1, keepdims=True)
+
+
+def _plan_weights(surface, triangle, px, py):
+    corner = surface.corner_records(triangle).T
+    x, y = np.take(surface.m[0], corner) - px, np.take(surface.m[1], corner) - py
+    weights = np.stack([x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]], 1)
+    total = weights.sum(1, keepdims=True)
+    return weights / np.where(total == 0, 1, total)
+
+
+def begin(surface, triangle, p):
+    """The Start of walks from receiver points p (3,n) whose straight ray hits `triangle` (n,)."""
+    triangle, weights = locate(surface, triangle, p[0], p[1])
+    corner = surface.corner_records(triangle).T
+    corner_m = np.stack([np.take(c, corner) for c in surface.m], 1)
+    corner_n = np.stack([np.take(c, corner) for c in surface.n], 1)
+    normal = (weights.T[:, None] * corner_n).sum(0)
+    lean = normal[0] ** 2 + normal[1] ** 2
+    upright = lean <= _UPRIGHT * (lean + normal[2] ** 2)
+    coefficients = conic(corner_m, corner_n, p[0], p[1])
+    here = weights[:, 1:].T
+    along, gradient = tangent(coefficients, *here)
+    x, y = (along[0] * (corner_m[1, i] - corner_m[0, i]) + along[1] * (corner_m[2, i] - corner_m[0, i]) for i in (0, 1))
+    along = along * np.where(x * normal[0] + y * normal[1] < 0, -1.0, 1.0)
+    g = np.stack([surface.g(corner[i], p[0], p[1]) for i in range(3)], 1)
+    shares = edge_crossings(g, surface.k.reshape(-1, 3)[triangle]).reshape(-1, 6)
+    candidates = crossing_points(shares)
+    forward, some = follow(coefficients, here, along, gradient, candidates)
+    backward, _ = follow(coefficients, here, -along, gradient, candidates)
+    row = np.arange(len(triangle))
+    ways = [(index // 2, shares[row, index]) for index in (forward, backward)]
+    return Start(triangle, weights, normal[:2], upright, ~some, *ways, p)
+
+
+def crossing_points(shares):
+    """Points (n,6,2) a, b of crossings at shares (n,6), two for each edge; NaN stays."""
+    edge = np.repeat(np.arange(3), 2)
+    points = np.zeros((*shares.shape, 3))
+    column = np.arange(6)
+    points[:, column, edge] = 1 - shares
+    points[:, column, AFTER[edge]] = shares
+    return np.where(np.isnan(shares)[..., None], np.nan, points[..., 1:])
+
+
+def first_values(surface, start, way, eta):
+    """f (n,) at the end of the first arc and its sense e (2,n), where f is positive at M0."""
+    m, n = surface.at(start.triangle, weights_on_edge(*way))
+    f, ex, ey = objective(m, n, start.p, eta, *start.normal_perp)
+    return f, np.stack([ex, ey])
+
+
+def closed_curve_root(surface, triangle, weights, p, eta, samples=64):
+    """Weights (n,3) of the first root on conics that stay inside their triangle, NaN where there is none.
+
+    Every line through M0 meets the ellipse in one more point, so the direction of the line runs through the whole
+    curve, once in half a turn, starting and ending at M0.
+    """
+    corner = surface.corner_records(triangle).T
+    corner_m = np.stack([np.take(c, corner) for c in surface.m], 1)
+    corner_n = np.stack([np.take(c, corner) for c in surface.n], 1)
+    coefficients = conic(corner_m, corner_n, p[0], p[1])
+    here = weights[:, 1:].T
+    along, gradient = tangent(coefficients, *here)
+
+    def point(t):
+        c, s = np.cos(np.pi * t), np.sin(np.pi * t)
+        wa, wb = c * along[0] + s * gradient[0], c * along[1] + s * gradient[1]
+        A, B, C = coefficients[:3]
+        sigma = -(wa * gradient[0] + wb * gradient[1]) / (A * wa * wa + B * wb * wb + C * wa * wb)
+        a, b = here[0] + sigma * wa, here[1] + sigma * wb
+        return np.stack([1 - a - b, a, b], 1)
+
+    def value(t, e):
+        m, n = surface.at(triangle, point(t))
+        f, ex, ey = objective(m, n, p, eta, *e)
+        return f, (ex, ey)
+
+    normal = (weights.T[:, None] * corner_n).sum(0)
+    low, high = np.full(len(triangle), np.nan), np.full(len(triangle), np.nan)
+    e_low = np.zeros((2, len(triangle)))
+    e, f_last = (normal[0], normal[1]), np.ones(len(triangle))
+    for k in range(1, samples):
+        f, e_new = value(np.full(len(triangle), k / samples), e)
+        found = np.isnan(low) & ((f < 0) != (f_last < 0))
+        low[found], high[found] = (k - 1) / samples, k / samples
+        e_low[:, found] = np.stack(e)[:, found]
+        f_last, e = f, e_new
+    with np.errstate(invalid="ignore"):
+        for _ in range(50):
+            middle = (low + high) / 2
+            f, _ = value(middle, e_low)
+            start_negative = value(low, e_low)[0] < 0
+            same = (f < 0) == start_negative
+            low, high = np.where(same, middle, low), np.where(same, high, middle)
+    return point((low + high) / 2)

@@ -1,0 +1,73 @@
+"""The water as one sun sees it: which triangles it lights, with how much flux, and which may lie in a shadow."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .optics import sun_frame
+from .uv_raster import cross2, touching
+
+_SHADOW_GRID = 256  # cells along the longer side of the water, at most
+
+
+@dataclass(frozen=True)
+class LitWater:
+    """Water in the frame of one sun (`optics.sun_frame`): its light travels along -z.
+
+    positions (V,3) and normals (N,3) in that frame, the normals turned towards the sun if the whole surface was wound
+    away from it; triangles and normal_triangles (T,3); area (T,) [m^2] across the light, 0 for triangles whose normals
+    face away; frame (3,3).
+    """
+
+    positions: np.ndarray
+    normals: np.ndarray
+    triangles: np.ndarray
+    normal_triangles: np.ndarray
+    area: np.ndarray
+    frame: np.ndarray
+
+
+def light_water(water, sun):
+    """The LitWater of a Water under a Sun."""
+    frame = sun_frame(sun.direction)
+    positions, normals = water.positions @ frame.T, water.normals @ frame.T
+    corners = np.take(positions[:, :2], water.triangles, axis=0)
+    area = np.abs(cross2(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])) / 2
+    facing = np.take(normals[:, 2], water.normal_triangles).sum(1)
+    if (area * np.sign(facing)).sum() < 0:
+        normals, facing = -normals, -facing
+    area = np.where(facing > 0, area, 0.0)
+    return LitWater(positions, normals, water.triangles, water.normal_triangles, area, frame)
+
+
+def may_be_shadowed(lit, positions, triangles):
+    """Whether (T,) an object could stand between the sun and each triangle of the water: False is certain.
+
+    positions (V,3) in world space and triangles (S,3) of everything that blocks light. The objects' heights towards the
+    sun are drawn, as a maximum, on a grid across the light whose cells are as wide as the longest edge of the water, so
+    that all that stands over a triangle lies in the cells round its first vertex.
+    """
+    first = lit.positions[lit.triangles[:, 0]]
+    corners = lit.positions[:, :2][lit.triangles]
+    edge = np.sqrt(((corners - np.roll(corners, 1, axis=1)) ** 2).sum(2).max(initial=0))
+    low = lit.positions[:, :2].min(0)
+    width = (lit.positions[:, :2].max(0) - low).max()
+    cell = max(edge, width / _SHADOW_GRID, np.finfo(float).tiny)
+    side = int(np.ceil(width / cell)) + 3
+    top = _heights((positions @ lit.frame.T)[triangles], low - cell, cell, side)
+    column, row = ((first[:, :2] - low) / cell + 1).astype(np.int64).T
+    lowest = lit.positions[:, 2][lit.triangles].min(1)
+    return top[row, column] > lowest
+
+
+def _heights(soup, low, cell, side):
+    """Greatest height (side, side) of triangles soup (S,3,3) over each cell of a grid and its eight neighbours."""
+    corners = (soup[:, :, :2] - low) / cell
+    triangle, flat = touching(corners, side)
+    top = np.full(side * side, -np.inf)
+    np.maximum.at(top, flat, soup[triangle, :, 2].max(1))
+    framed = np.pad(top.reshape(side, side), 1, constant_values=-np.inf)
+    shifts = [framed[j : j + side, i : i + side] for j in range(3) for i in range(3)]
+    return np.maximum.reduce(shifts)

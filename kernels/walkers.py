@@ -1,0 +1,201 @@
+"""Walkers: marching over triangles along the coplanarity curve until f changes sign, many at a time.
+
+From a texel's point P the straight ray to the sun gives a first point on the curve (`conic_start.py`); the walk goes
+from triangle to triangle (`conic_step.py`) until f changes sign, and finds the root inside (`conic_root.py`). After
+source [1] of `conic.py`: it stops at the first root. Walkers of all texels step together; finished ones make room.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .conic import is_path, objective, weights_on_edge
+from .conic_root import Brackets, apex_between, solve_brackets
+from .conic_start import begin, closed_curve_root, first_values
+from .conic_step import step
+from .status import Status
+
+BLOCK = 1 << 14  # walkers at once: what a step touches stays in the second-level cache
+FORWARD, BACKWARD = 0, 1
+
+
+class Walk:
+    """First roots for receiver points p (3,K) in the sun's frame whose straight rays hit triangles first (K,), -1 none.
+
+    After `run()`: triangle (K,), weights (K,3) and status (K,) of the roots (Status.LIT where there is one), and
+    `steps`, the triangle steps that it took.
+    """
+
+    def __init__(self, surface, p, first, eta):
+        self.surface, self.p, self.first, self.eta = surface, p, first, eta
+        self.triangle = np.full(p.shape[1], -1)
+        self.weights = np.zeros((p.shape[1], 3))
+        self.status = np.full(p.shape[1], Status.NO_WATER, np.uint8)
+        self.steps = 0
+        self._limit = 64 + int(16 * np.sqrt(len(surface.k) / 3))
+
+    def run(self):
+        """Walk the whole set, the likelier way first; returns self."""
+        for way in (FORWARD, BACKWARD):
+            if way == FORWARD:
+                waiting = np.flatnonzero(self.first >= 0)
+            else:
+                waiting = np.flatnonzero(np.isin(self.status, (Status.OFF_THE_RIM, Status.TORN, Status.LOST)))
+            self._walk(waiting, way)
+        return self
+
+    def _walk(self, waiting, way):
+        walkers, arcs, held = _Walkers.none(), [], 0
+        while len(waiting) or len(walkers.id) or held:
+            if len(walkers.id) < BLOCK // 2 and len(waiting):
+                started, arc = self._start(waiting[:BLOCK], way)
+                waiting = waiting[BLOCK:]
+                walkers = walkers.join(started)
+            elif len(walkers.id):
+                walkers, arc = self._advance(walkers)
+            else:
+                arc = None
+            if arc is not None and len(arc.id):
+                arcs.append(arc)
+                held += len(arc.id)
+            if held >= BLOCK or (held and not len(walkers.id) and not len(waiting)):
+                walkers = walkers.join(self._solve(arcs))
+                arcs, held = [], 0
+
+    def _start(self, ids, way):
+        """Walkers that leave their first triangle, and arcs with a root in it."""
+        start = begin(self.surface, self.first[ids], self.p[:, ids])
+        self._finish(ids, start.upright, start.triangle, start.weights)
+        closed = np.flatnonzero(start.closed & ~start.upright)
+        if len(closed):
+            self._close(ids[closed], start.triangle[closed], start.weights[closed])
+        exits = (start.forward, start.backward) if way == FORWARD else (start.backward, start.forward)
+        f, e = first_values(self.surface, start, exits[0], self.eta)
+        state = _Walkers(
+            ids,
+            3 * start.triangle + exits[0][0],
+            exits[0][1],
+            3 * start.triangle + exits[1][0],
+            f,
+            e,
+            start.p,
+            np.zeros(len(ids), np.int64),
+        )
+        arcs = _Arcs(
+            ids, start.triangle, start.apex, start.weights, weights_on_edge(*exits[0]), start.normal_perp, state
+        )
+        open_ = ~(start.upright | start.closed)
+        return self._cross(state.take(np.flatnonzero(open_ & (f >= 0)))), arcs.take(np.flatnonzero(open_ & (f < 0)))
+
+    def _close(self, ids, triangle, weights):
+        """Roots on curves that stay inside their first triangle."""
+        weights = closed_curve_root(self.surface, triangle, weights, self.p[:, ids], self.eta)
+        found = np.isfinite(weights).all(1)
+        self._finish(ids, found, triangle, weights)
+        self.status[ids[~found]] = Status.NO_ROOT
+
+    def _advance(self, walkers):
+        """One step of all walkers: those that go on, and the arcs on which f changed sign."""
+        self.steps += len(walkers.id)
+        w = walkers
+        leave, share, torn = step(self.surface, w.edge, w.share, w.p)
+        m, n = self.surface.between(np.take(self.surface.tail, leave), np.take(self.surface.head, leave), share)
+        f, ex, ey = objective(m, n, w.p, self.eta, *w.e)
+        after = _Walkers(w.id, leave, share, w.stop, f, np.stack([ex, ey]), w.p, w.steps + 1)
+        lost = after.steps > self._limit
+        self.status[w.id[lost]] = Status.LOST
+        self.status[w.id[torn]] = Status.TORN
+        going = ~(torn | lost)
+        crossed = going & ((f < 0) != (w.f < 0))
+        at = np.flatnonzero(crossed)
+        triangle, edge_in = np.divmod(w.edge[at], 3)
+        edge_out = leave[at] % 3
+        arcs = _Arcs(
+            w.id[at],
+            triangle,
+            apex_between(edge_in, edge_out),
+            weights_on_edge(edge_in, w.share[at]),
+            weights_on_edge(edge_out, share[at]),
+            w.e[:, at],
+            after.take(at),
+        )
+        return self._cross(after.take(np.flatnonzero(going & ~crossed))), arcs
+
+    def _cross(self, walkers):
+        """Step over the edge; those that leave the mesh or come back to where they began end here."""
+        over = np.take(self.surface.over, walkers.edge)
+        rim, round_ = over < 0, over == walkers.stop
+        self.status[walkers.id[rim]] = Status.OFF_THE_RIM
+        self.status[walkers.id[round_]] = Status.NO_ROOT
+        if self.surface.turned is None:
+            share = 1 - walkers.share
+        else:
+            share = np.where(np.take(self.surface.turned, walkers.edge), walkers.share, 1 - walkers.share)
+        walkers.edge, walkers.share = over, share
+        return walkers.take(np.flatnonzero(~(rim | round_)))
+
+    def _solve(self, arcs):
+        """Finish the arcs whose root is light; return the walkers of the others, past their arcs."""
+        arcs = _Arcs.concatenated(arcs)
+        brackets = Brackets(arcs.triangle, arcs.apex, arcs.weights_in, arcs.weights_out, arcs.e, arcs.beyond.p)
+        weights = solve_brackets(self.surface, brackets, self.eta)
+        inside = weights.min(1) > -1e-6
+        m, n = self.surface.at(arcs.triangle, weights)
+        good = inside & is_path(m, n, arcs.beyond.p, self.eta)
+        self._finish(arcs.id, good, arcs.triangle, weights)
+        return self._cross(arcs.beyond.take(np.flatnonzero(~good)))
+
+    def _finish(self, ids, found, triangle, weights):
+        ids = ids[found]
+        self.triangle[ids], self.weights[ids] = triangle[found], weights[found]
+        self.status[ids] = Status.LIT
+
+
+class _Walkers:
+    """Structure of arrays of walkers on a half-edge: id, edge and share where they are, stop (the half-edge that would
+    close their curve), f and its sense e (2,n) there, p (3,n), steps."""
+
+    def __init__(self, id_, edge, share, stop, f, e, p, steps):
+        self.id, self.edge, self.share, self.stop, self.f, self.e, self.p, self.steps = (
+            id_, edge, share, stop, f, e, p, steps,
+        )  # fmt: skip
+
+    def _arrays(self):
+        return self.id, self.edge, self.share, self.stop, self.f, self.e, self.p, self.steps
+
+    @classmethod
+    def none(cls):
+        z, i = np.zeros(0), np.zeros(0, np.int64)
+        return cls(i, i, z, i, z, np.zeros((2, 0)), np.zeros((3, 0)), i)
+
+    def take(self, index):
+        return _Walkers(*(np.take(a, index, axis=-1) for a in self._arrays()))
+
+    def join(self, other):
+        if not len(self.id):
+            return other
+        pairs = zip(self._arrays(), other._arrays(), strict=True)
+        return _Walkers(*(np.concatenate([a, b], axis=-1) for a, b in pairs))
+
+
+class _Arcs:
+    """Arcs with a change of sign, see `Brackets`, and the walkers that stand beyond them."""
+
+    def __init__(self, id_, triangle, apex, weights_in, weights_out, e, beyond):
+        self.id, self.triangle, self.apex = id_, triangle, apex
+        self.weights_in, self.weights_out, self.e, self.beyond = weights_in, weights_out, e, beyond
+
+    def take(self, i):
+        return _Arcs(
+            self.id[i], self.triangle[i], self.apex[i], self.weights_in[i], self.weights_out[i], self.e[:, i],
+            self.beyond.take(i),
+        )  # fmt: skip
+
+    @classmethod
+    def concatenated(cls, arcs):
+        first = (np.concatenate([getattr(a, name) for a in arcs]) for name in ("id", "triangle", "apex"))
+        ends = (np.concatenate([getattr(a, name) for a in arcs]) for name in ("weights_in", "weights_out"))
+        beyond = arcs[0].beyond
+        for a in arcs[1:]:
+            beyond = beyond.join(a.beyond)
+        return cls(*first, *ends, np.concatenate([a.e for a in arcs], axis=1), beyond)
