@@ -33,12 +33,13 @@ class BakeRequest:
 
 @dataclass(frozen=True)
 class Progress:
-    """A frame that is on disk: its number, how many of how many that makes, and a sentence on it."""
+    """A frame that is on disk: its number, how many of how many that makes, a sentence on it, and its warnings."""
 
     frame: int
     done: int
     total: int
     message: str
+    warnings: tuple[str, ...] = ()
 
 
 def request_from_scene(scene, water=None, receivers=None, frames=None, out=None) -> BakeRequest:
@@ -47,7 +48,8 @@ def request_from_scene(scene, water=None, receivers=None, frames=None, out=None)
     Raises DappleError for settings that are not made yet or cannot be met.
     """
     chosen = scene.dapple
-    settings = Settings(chosen.method, chosen.tolerance, chosen.resolution, chosen.padding)
+    tolerance = float(f"{chosen.tolerance:.6g}")  # Blender keeps it in float32, where 0.01 is 0.0099999998
+    settings = Settings(chosen.method, tolerance, chosen.resolution, chosen.padding)
     water = water or _water(chosen)
     receivers = receivers or _receivers(chosen, water)
     return BakeRequest(water, receivers, frames or _frames(scene), Path(out or _folder(chosen.output)), settings)
@@ -71,7 +73,7 @@ def bake(context, request: BakeRequest) -> Iterator[Progress]:
             except DappleError as error:
                 raise DappleError(f"Frame {number}: {error}") from error
             record.add(number, entry)
-            yield Progress(number, done, len(request.frames), summary(number, entry))
+            yield Progress(number, done, len(request.frames), summary(number, entry), tuple(entry["warnings"]))
     finally:
         bpy.data.scenes[scene_name].frame_set(frame, subframe=subframe)
 

@@ -36,8 +36,13 @@ def _bake(words):
     given = {key: getattr(words, key) for key in ("method", "tolerance", "resolution")}
     settings = replace(request.settings, **{key: value for key, value in given.items() if value is not None})
     request = replace(request, settings=settings)
+    said = set()
     for progress in bake(bpy.context, request):
         print(f"[{progress.done}/{progress.total}] {progress.message}", flush=True)
+        for warning in progress.warnings:
+            if warning not in said:
+                print(f"dapple: warning: {warning}", file=sys.stderr, flush=True)
+        said.update(progress.warnings)
     broken = _broken(request)
     if broken:
         raise DappleError(f"{len(broken)} maps are not on disk and whole: {broken[0]} is one; bake these frames again.")

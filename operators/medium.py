@@ -25,6 +25,7 @@ def read_eta(water):
             continue
         number = _number(node.inputs["IOR"], groups)
         eta = float(node.inputs["IOR"].default_value) if number is None else number
+        eta = float(f"{eta:.6g}")  # Blender keeps it in float32, where 1.333 is 1.33299994
         _check(eta, water.name, slot.material.name)
         return eta, _remarks(eta, number is not None, water.name, slot.material.name)
     return WATER_IOR, []

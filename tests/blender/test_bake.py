@@ -42,7 +42,7 @@ def test_request_says_what_the_scene_says(pool, out):
     add_grid("Basin", -1.0, below)
     pool.dapple.receivers.objects.link(pool.dapple.water)
     pool.dapple.receivers.objects.link(bpy.data.objects["Sun"])
-    pool.dapple.method, pool.dapple.tolerance, pool.dapple.padding = "conic_walk", 0.5, 7
+    pool.dapple.method, pool.dapple.tolerance, pool.dapple.padding = "conic_walk", 0.3, 7
     request = request_from_scene(pool)
     assert request.water == ("Water",)
     assert request.receivers == ("Basin", "Floor")
@@ -50,7 +50,7 @@ def test_request_says_what_the_scene_says(pool, out):
     assert request.out == out
     settings = request.settings
     assert (settings.method, settings.resolution, settings.padding) == ("conic_walk", 16, 7)
-    assert settings.tolerance == pytest.approx(0.5)
+    assert settings.tolerance == 0.3
     pool.dapple.use_scene_range, pool.dapple.frame_start, pool.dapple.frame_end = False, 7, 8
     assert request_from_scene(pool).frames == (7, 8)
 

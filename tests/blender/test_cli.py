@@ -70,6 +70,13 @@ def test_help_is_no_error(pool, capsys):
     assert "--receivers" in capsys.readouterr().out
 
 
+def test_warning_is_said_once(pool, capsys):
+    bulb = bpy.data.objects.new("Bulb", bpy.data.lights.new("Bulb", "POINT"))
+    pool.collection.objects.link(bulb)
+    assert cli.main(["bake"]) == 0
+    assert capsys.readouterr().err.count("warning: Lamp 'Bulb' is a point lamp") == 1
+
+
 def test_scene_that_cannot_be_baked(pool, capsys):
     bpy.data.objects.remove(bpy.data.objects["Sun"])
     assert cli.main(["bake"]) == 1

@@ -224,6 +224,25 @@ def test_what_blocks_light(pool):
     assert warnings == ["Object 'Hidden' renders but is hidden in the viewport; it took no part in the bake."]
 
 
+def test_instances_by_geometry_nodes_block_light(pool):
+    grid("Water", z=1.0)
+    stones = grid("Stones", n=1)
+    tree = bpy.data.node_groups.new("Scatter", "GeometryNodeTree")
+    for side in ("INPUT", "OUTPUT"):
+        tree.interface.new_socket("Geometry", in_out=side, socket_type="NodeSocketGeometry")
+    kinds = ("NodeGroupInput", "NodeGroupOutput", "GeometryNodeMeshCube", "GeometryNodeInstanceOnPoints")
+    enter, leave, cube, scatter = (tree.nodes.new(kind) for kind in kinds)
+    tree.links.new(enter.outputs[0], scatter.inputs["Points"])
+    tree.links.new(cube.outputs[0], scatter.inputs["Instance"])
+    tree.links.new(scatter.outputs[0], leave.inputs[0])
+    stones.modifiers.new("Scatter", "NODES").node_group = tree
+    scene, warnings = read()
+    assert warnings == []
+    centres = sorted(tuple(o.positions.mean(0).round(6)) for o in scene.occluders)
+    assert centres == [(-1, -1, 0), (-1, 1, 0), (1, -1, 0), (1, 1, 0)]
+    assert all(len(o.triangles) == 12 for o in scene.occluders)
+
+
 def test_occluder_that_is_not_finite_is_left_out_with_a_word(pool):
     grid("Water", z=1.0)
     broken = bpy.data.meshes.new("Broken")
