@@ -414,6 +414,23 @@ def test_duplicate_of_a_receiver_gets_its_own_map(out):
     assert not any("dapple" in n for n in bpy.data.materials["Stone"].node_tree.nodes)
 
 
+@pytest.mark.parametrize("make", [principled, lambda: None])
+def test_duplicate_of_a_receiver_with_a_copy_goes_back_to_the_original(make, out):
+    floor = plane("Floor", make())
+    if not floor.material_slots:
+        floor.data.materials.append(None)
+    original = floor.material_slots[0].material
+    plane("Ring", original)
+    attach(bpy.context, ["Floor"], out)
+    wall = floor.copy()
+    wall.name, wall.data = "Wall", floor.data.copy()
+    bpy.context.scene.collection.objects.link(wall)
+    attach(bpy.context, ["Wall"], out)
+    detach(bpy.context)
+    assert floor.material_slots[0].material == wall.material_slots[0].material == original
+    assert len(bpy.data.materials) == (1 if original else 0)
+
+
 def test_map_is_a_linear_sequence_on_the_baked_uv_map(out):
     material = principled()
     plane("Floor", material)
