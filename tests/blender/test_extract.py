@@ -203,6 +203,8 @@ def test_what_blocks_light(pool):
     add("Unrendered", box).hide_render = True
     add("Shadowless", box).visible_shadow = False
     add("Hidden", box).hide_viewport = True
+    bearer = add("Bearer that does not render itself", box)
+    bearer.instance_type, bearer.show_instancer_for_render = "VERTS", False
     switched_off = bpy.data.collections.new("Off")
     switched_off.hide_render = True
     pool.collection.children.link(switched_off)

@@ -59,6 +59,12 @@ def test_nothing_that_refracts_is_water(water):
     assert read_eta(evaluated(water)) == (1.333, [])
 
 
+def test_muted_link_does_not_count(water):
+    tree = tree_of(water)
+    tree.links.new(shader(tree, "ShaderNodeBsdfGlass", 1.5).outputs[0], surface(tree)).is_muted = True
+    assert read_eta(evaluated(water)) == (1.333, [])
+
+
 def test_behind_mix_add_and_reroute(water):
     tree = tree_of(water)
     glass = shader(tree, "ShaderNodeBsdfGlass", 1.35)
