@@ -29,8 +29,9 @@ class Surface:
     """The lit water as tables that a walk reads: one row per corner record, one entry per half-edge.
 
     m (3,R) positions and n (3,R) normals of the records, which are the vertices under smooth shading and the corners of
-    the triangles otherwise; per half-edge h: tail, head, tip (3T,) records of its two ends and of the vertex across; after,
-    before (3T,) the triangle's other half-edges; k (3T,) of its edge; over (3T,) the twin; turned (3T,) bool or None, the twin runs the same way.
+    the triangles otherwise. Per half-edge (3T,): tail, head, tip, the records of its two ends and of the corner across;
+    after, before, the triangle's other half-edges; k of its edge; over, its twin; turned, bool or None, the twin runs
+    the same way.
     """
 
     def __init__(self, lit, twins):
@@ -120,7 +121,7 @@ def weights_on_edge(edge, s):
 
 
 def conic(corner_m, corner_n, px, py):
-    """Coefficients A..F (6,n) of g over triangles: A a^2 + B b^2 + C a b + D a + E b + F. Corners (3,3,n): corner, axis."""
+    """Coefficients A..F (6,n) of g = A a^2 + B b^2 + C a b + D a + E b + F; corners (3,3,n) as corner, axis."""
 
     def cross(u, v):
         return u[0] * v[1] - u[1] * v[0]

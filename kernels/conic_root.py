@@ -62,7 +62,7 @@ def solve_brackets(surface, brackets, eta):
 class _Fan:
     """The lines from an apex Q to the points of the chord of an arc, and where each meets the arc.
 
-    On the line Q + sigma (X_t - Q), X_t at share t of the chord, g is quadratic in sigma and the arc is at sigma near 1.
+    On the line Q + sigma (X_t - Q), X_t at share t of the chord, g is quadratic in sigma; the arc is at sigma near 1.
     """
 
     def __init__(self, surface, brackets, eta):

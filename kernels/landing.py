@@ -167,7 +167,7 @@ class Plane(_Landing):
 
     @classmethod
     def of(cls, scene, texels, lit):
-        """The Plane of a scene that has one, or None: one planar receiver with whole texels, nothing else in the way."""
+        """The Plane of a scene that is one planar receiver with whole texels and nothing in the way, else None."""
         if len(scene.receivers) != 1 or scene.occluders:
             return None
         receiver, own = scene.receivers[0], texels[0]

@@ -11,6 +11,8 @@ from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 
 MISS = -1
+_FAR = 1e30
+_SHORT_OF_LENGTH, _SHORT_OF_EXTENT = 2e-6, 2e-5  # float32 rounding of a ray's length and of the mesh
 
 
 class Tracer:
@@ -39,8 +41,8 @@ class Tracer:
         """
         if not self.count or not len(origins):
             return np.zeros(len(origins), bool)
-        far = np.full(len(origins), 1e30) if np.ndim(distances) == 0 else distances - 2e-5 * self.extent
-        far = np.clip(far, 0, 1e30).astype(np.float32)
+        far = np.broadcast_to(distances, len(origins)) * (1 - _SHORT_OF_LENGTH) - _SHORT_OF_EXTENT * self.extent
+        far = np.clip(far, 0, _FAR).astype(np.float32)
         directions = np.ascontiguousarray(directions, np.float32)
         return self._scene.run(self._rounded(origins), directions, dists=far, query="OCCLUDED") != MISS
 

@@ -91,7 +91,7 @@ class Occluder:
 
 @dataclass(frozen=True)
 class Sun:
-    """Parallel light: direction (3,) of travel, irradiance (3,) RGB [W/m^2] across the rays, angle of the disc [rad]."""
+    """Parallel light: direction (3,) of travel, irradiance (3,) RGB [W/m^2] across it, angle [rad] of the disc."""
 
     name: str
     direction: np.ndarray

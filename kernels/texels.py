@@ -30,7 +30,8 @@ class Texels:
     texel (K,) flat index; positions (K,3) [m] and unit normals (K,3) of the receiver there; triangle (K,) of the
     receiver; area (K,) [m^2] that the texel stands for; home (resolution^2,) flat index -> 0..K-1, -1 off the charts,
     set for one ring of texels round them too, since landing points on a border round either way; whole
-    (resolution^2,) bool, the receiver covers all of it; pad_texel (Q,) flat index, pad_source (Q,) in 0..K-1.
+    (resolution^2,) bool, the receiver covers all of it; pad_texel (Q,) flat index, pad_source (Q,) in 0..K-1, of texels
+    that joined another and of padding.
     """
 
     resolution: int
@@ -77,8 +78,10 @@ def rasterise(receiver, resolution, padding=4):
     home[texel] = np.arange(len(texel))
     home[touched] = home[host[touched]]
     area = np.bincount(home[touched], area[touched], minlength=len(texel))
-    pad_texel, pad_source, ring = _padding(home, resolution, padding)
-    home[ring[0]] = ring[1]
+    joined = np.flatnonzero(touched & (host != np.arange(len(host))))
+    rings = _rings(home, resolution, max(padding, 1))
+    pads = [(joined, home[joined]), *rings[:padding]]
+    home[rings[0][0]] = rings[0][1]
     return Texels(
         resolution=resolution,
         texel=texel,
@@ -88,8 +91,8 @@ def rasterise(receiver, resolution, padding=4):
         area=area,
         home=home,
         whole=covered > 1 - 1e-6,
-        pad_texel=pad_texel,
-        pad_source=pad_source,
+        pad_texel=np.concatenate([pad[0] for pad in pads]),
+        pad_source=np.concatenate([pad[1] for pad in pads]),
     )
 
 
@@ -161,11 +164,11 @@ def _hosts(touched, centred, positions, reach, resolution):
     return host
 
 
-def _padding(home, resolution, padding):
-    """(pad_texel, pad_source) of `padding` rings round the charts, and the first ring by itself as such a pair."""
+def _rings(home, resolution, count):
+    """`count` rings of texels round the charts: pairs of flat indices and the k in 0..K-1 that each copies."""
     source = home.copy()
     rings = []
-    for _ in range(max(padding, 1)):
+    for _ in range(count):
         empty = np.flatnonzero(source < 0)
         around = _neighbours(empty, resolution)
         from_there = np.where(around >= 0, source[around], -1)
@@ -174,5 +177,4 @@ def _padding(home, resolution, padding):
         grown = value >= 0
         source[empty[grown]] = value[grown]
         rings.append((empty[grown], value[grown]))
-    used = rings[:padding] or [(np.zeros(0, np.int64), np.zeros(0, np.int64))]
-    return np.concatenate([r[0] for r in used]), np.concatenate([r[1] for r in used]), rings[0]
+    return rings
