@@ -76,7 +76,7 @@ def sand_and_rock():
 
 
 def add_bed():
-    """Make the bed, a grid with a UV map that is its plan, and mark its rock."""
+    """Make the bed, a grid with a UV map that is its plan, mark its rock, and round it off by one subdivision."""
     bed = tools.add_grid("Bed", BED_SIZE, BED_CELLS, bed_height, [sand_and_rock()])
     corners = np.empty(len(bed.data.loops), np.int32)
     bed.data.loops.foreach_get("vertex_index", corners)
@@ -86,6 +86,9 @@ def add_bed():
     tools.add_uvs(bed.data, np.stack([x, y], axis=-1)[corners] / BED_SIZE + 0.5)
     rock = bed.data.attributes.new("rock", "FLOAT", "POINT")
     rock.data.foreach_set("value", np.clip(rock_height(x, y) / 0.05, 0.0, 1.0).astype(np.float32))
+    rounded = bed.modifiers.new("Rounded", "SUBSURF")
+    rounded.levels = rounded.render_levels = 1
+    rounded.uv_smooth = "NONE"
     return bed
 
 
