@@ -113,7 +113,7 @@ def _load(name, files):
     if image is None:
         image = bpy.data.images.load(path)
         image.name, image[IMAGE] = f"Dapple {name}", name
-    # Set even to what it was, the path makes Blender forget the pixels of an earlier bake.
+    # Setting path and source, even to what they were, makes Blender forget the pixels of an earlier bake.
     image.filepath = path
     image.source = "SEQUENCE" if len(files) > 1 else "FILE"
     image.colorspace_settings.name = "Non-Color"

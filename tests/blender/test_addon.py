@@ -283,6 +283,7 @@ def test_the_window_bakes_one_frame_a_tick(monkeypatch):
         assert button.modal(context, event("TIMER")) == {"RUNNING_MODAL"}
         assert log[-1] == frame
     assert button.modal(context, event("TIMER")) == {"FINISHED"}
+    assert log[-2:] == ["closed", (("Floor",), "maps")]
     assert context.window_manager.shown == pytest.approx([1 / 3, 2 / 3, 1])
     assert context.window_manager.on == set()
     assert button.reports == [("INFO", "Frame 4.")]

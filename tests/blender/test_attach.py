@@ -444,6 +444,16 @@ def test_map_is_a_linear_sequence_on_the_baked_uv_map(out):
     assert nodes["Dapple UV Map"].outputs["UV"] == texture.inputs["Vector"].links[0].from_socket
 
 
+def test_maps_of_another_folder_take_the_place_of_the_first(out, tmp_path):
+    plane("Floor", principled())
+    attach(bpy.context, ["Floor"], out)
+    write_exr(map_path(tmp_path / "second", "Floor", 8), np.ones((4, 4, 3)))
+    attach(bpy.context, ["Floor"], tmp_path / "second")
+    (image,) = bpy.data.images
+    assert image.filepath == str(map_path(tmp_path / "second", "Floor", 8))
+    assert image.source == "FILE"
+
+
 def test_missing_frames_are_said(out):
     map_path(out, "Floor", 4).unlink()
     plane("Floor", principled())
