@@ -66,8 +66,20 @@ def _heights(soup, low, cell, side):
     """Greatest height (side, side) of triangles soup (S,3,3) over each cell of a grid and its eight neighbours."""
     corners = (soup[:, :, :2] - low) / cell
     triangle, flat = touching(corners, side)
+    row, column = np.divmod(flat, side)
+    v0, e1, e2 = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    rise = soup[:, 1:, 2] - soup[:, :1, 2]
+    area = cross2(e1, e2)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slope_x = (rise[:, 0] * e2[:, 1] - rise[:, 1] * e1[:, 1]) / area
+        slope_y = (rise[:, 1] * e1[:, 0] - rise[:, 0] * e2[:, 0]) / area
+        middle = slope_x[triangle] * (column + 0.5 - v0[triangle, 0]) + slope_y[triangle] * (
+            row + 0.5 - v0[triangle, 1]
+        )
+        over = soup[triangle, 0, 2] + middle + (np.abs(slope_x) + np.abs(slope_y))[triangle] / 2
+    highest = soup[:, :, 2].max(1)[triangle]
     top = np.full(side * side, -np.inf)
-    np.maximum.at(top, flat, soup[triangle, :, 2].max(1))
+    np.maximum.at(top, flat, np.where(over < highest, over, highest))  # highest, too, where it stands on edge
     framed = np.pad(top.reshape(side, side), 1, constant_values=-np.inf)
     shifts = [framed[j : j + side, i : i + side] for j in range(3) for i in range(3)]
     return np.maximum.reduce(shifts)

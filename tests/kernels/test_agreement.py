@@ -1,0 +1,46 @@
+"""Two estimators of one integral: where one path leads to every point, walk and photons must agree texel by texel."""
+
+import numpy as np
+from waves import calm, floor, pool
+
+from dapple.kernels.methods import solve
+from dapple.kernels.scene import Settings
+from dapple.kernels.texels import rasterise
+
+REPLICAS = 16
+SUB = 24
+
+
+def test_walk_and_photons_agree_texel_by_texel():
+    """Photons give means of texels with independent errors over seeds; the walk, averaged over 24 x 24 points a texel,
+    gives the same mean almost without error. The standardised differences follow Student's t."""
+    scene = pool(calm, quads=64, receivers=[floor(side=2.0)])
+    side = 16
+    coarse, fine = [rasterise(scene.receivers[0], side)], [rasterise(scene.receivers[0], side * SUB)]
+    walk = solve(scene, fine, Settings(method="conic_walk"))
+    assert walk.diagnostics.texels == {"lit": (side * SUB) ** 2}
+    walked = walk.images[0][..., 0].reshape(side, SUB, side, SUB).mean((1, 3))
+    photons = [
+        solve(scene, coarse, Settings(method="photon_splat", tolerance=1e-3, seed=seed)).images[0][..., 0]
+        for seed in range(REPLICAS)
+    ]
+    mean, error = np.mean(photons, axis=0), np.std(photons, axis=0, ddof=1) / np.sqrt(REPLICAS)
+    z = (mean - walked) / error
+    # 256 texels, t with 15 degrees of freedom: deviation sqrt(15 / 13) = 1.07, and a mean within 4 standard errors.
+    assert abs(z.mean()) < 4 * 1.07 / np.sqrt(z.size)
+    assert 0.9 < z.std() < 1.3
+    assert np.abs(z).max() < 6.5
+    assert np.ptp(walked) > 0.2, "the waves must focus, or the test shows nothing"
+
+
+def test_both_answer_in_one_form():
+    scene = pool(calm, quads=16)
+    texels = [rasterise(scene.receivers[0], 16)]
+    for method in ("conic_walk", "photon_splat"):
+        answer = solve(scene, texels, Settings(method=method))
+        d = answer.diagnostics
+        assert d.method == method and d.reason and d.left_out
+        assert answer.images[0].shape == (16, 16, 3) and answer.status[0].shape == (16, 16)
+        assert set(d.flux_received) == {"Floor"} and d.flux_in.shape == (3,)
+        assert sum(d.texels.values()) == 256
+        np.testing.assert_allclose(sum(d.flux_received.values()) + sum(d.flux_lost.values()), d.flux_in, rtol=1e-6)

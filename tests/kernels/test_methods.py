@@ -1,0 +1,36 @@
+"""The choice of method."""
+
+import pytest
+from waves import floor, pool, sun, water
+
+from dapple.kernels.methods import METHODS, solve
+from dapple.kernels.scene import Receiver, Scene, Settings, Sun, Water
+from dapple.kernels.texels import rasterise
+
+
+def test_auto_takes_the_one_that_finds_all_light():
+    scene = pool(quads=8)
+    answer = solve(scene, [rasterise(scene.receivers[0], 8)], Settings())
+    assert answer.diagnostics.method == "photon_splat"
+
+
+def test_unknown_method_names_the_known():
+    with pytest.raises(ValueError, match="conic_walk") as caught:
+        solve(pool(quads=2), [], Settings(method="newton"))
+    assert all(name in str(caught.value) for name in METHODS)
+
+
+def test_arrays_that_do_not_fit_are_named():
+    f, w, s = floor(), water(quads=2), sun()
+    with pytest.raises(ValueError, match=r"uvs must have shape \(2, 3, 2\)"):
+        Receiver("R", f.positions, f.triangles, f.uvs[:1])
+    with pytest.raises(ValueError, match=r"positions must have shape \(n, 3\)"):
+        Receiver("R", f.positions[:, :2], f.triangles, f.uvs)
+    with pytest.raises(ValueError, match=r"triangles must lie in \[0, 3\)"):
+        Receiver("R", f.positions[:3], f.triangles, f.uvs)
+    with pytest.raises(ValueError, match="twins must have shape"):
+        Water("W", w.positions, w.triangles, w.normals, w.normal_triangles, w.twins[:-1])
+    with pytest.raises(ValueError, match="direction must be a unit vector"):
+        Sun("S", s.direction * 2, s.irradiance)
+    with pytest.raises(ValueError, match="one entry per receiver"):
+        solve(Scene(w, (f,), (), (s,)), [], Settings())

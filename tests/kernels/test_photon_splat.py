@@ -1,0 +1,175 @@
+"""Photons against closed forms, and their books."""
+
+import numpy as np
+import pytest
+from waves import OBLIQUE, five_sines, flat, floor, pool, quad, sun, transmitted, water
+
+from dapple.kernels import landing
+from dapple.kernels.photon_splat import solve
+from dapple.kernels.scene import Occluder, Scene, Settings, Water
+from dapple.kernels.status import Status
+from dapple.kernels.texels import rasterise
+
+
+def bake(scene, resolution=64, tolerance=1e-3, seed=0):
+    texels = [rasterise(r, resolution) for r in scene.receivers]
+    return solve(scene, texels, Settings(tolerance=tolerance, seed=seed))
+
+
+def books(diagnostics):
+    received = sum(diagnostics.flux_received.values())
+    return received + sum(diagnostics.flux_lost.values()), diagnostics.flux_in
+
+
+def walls(height=1.5):
+    """The four walls round the pool's floor, each with a quarter of the UV square to itself, as four receivers."""
+    ends = np.array([[-2, -2], [2, -2], [2, 2], [-2, 2]], float)
+    return [
+        quad(f"Wall {k}", [[*a, 0], [*b, 0], [*b, height], [*a, height]])
+        for k, (a, b) in enumerate(zip(ends, np.roll(ends, -1, axis=0), strict=True))
+    ]
+
+
+@pytest.mark.parametrize("degrees", [0.0, 10.0, 30.0, 45.0])
+@pytest.mark.parametrize("depth", [0.3, 1.5])
+def test_flat_water_is_fresnel_times_cosine(degrees, depth):
+    angle = np.radians(degrees)
+    scene = pool(
+        flat, quads=24, direction=(np.sin(angle), 0, -np.cos(angle)), side=12.0, receivers=[floor(z=1.5 - depth)]
+    )
+    image = bake(scene, 32, tolerance=1e-4).images[0]
+    assert image.mean() == pytest.approx(np.cos(angle) * transmitted(np.cos(angle)), rel=5e-3)
+    assert (np.abs(image / image.mean() - 1) < 0.05).all()
+
+
+def test_energy_all_that_enters_is_received_or_booked_as_lost():
+    """Under a floor far wider than the water, what the lit area passes by Fresnel's formula all arrives."""
+    scene = pool(flat, quads=16, side=2.0, receivers=[floor(side=12.0)])
+    d = bake(scene).diagnostics
+    cos_i = 1 / np.sqrt(1 + 0.25**2 + 0.1**2)
+    np.testing.assert_allclose(d.flux_in, 4.0 * cos_i, rtol=1e-12)
+    np.testing.assert_allclose(d.flux_received["Floor"], 4.0 * cos_i * transmitted(cos_i), rtol=1e-9)
+    np.testing.assert_allclose(d.flux_lost["reflected"], 4.0 * cos_i * (1 - transmitted(cos_i)), rtol=1e-9)
+    assert d.flux_lost["missed"][0] == 0
+    np.testing.assert_allclose(*books(d), rtol=1e-9)
+
+
+def test_a_closed_pool_receives_all_that_enters():
+    """Walls and floor close the water in: nothing is missed, and the books close within rounding."""
+    scene = pool(quads=48, side=4.0, receivers=[floor(), *walls(height=2.0)])
+    d = bake(scene, 64, tolerance=1e-2).diagnostics
+    total, entering = books(d)
+    np.testing.assert_allclose(total, entering, rtol=2e-3)
+    assert d.flux_lost["missed"][0] < 2e-3 * entering[0]
+    assert all(flux[0] >= 0 for flux in d.flux_received.values()) and d.flux_received["Wall 1"][0] > 0
+
+
+def test_mean_of_the_pool_is_known():
+    image = bake(pool(quads=128), 128, tolerance=1e-2).images[0]
+    assert image.mean() == pytest.approx(0.944, abs=2e-3)
+
+
+def test_rays_and_the_plane_land_photons_alike(monkeypatch):
+    scene = pool(quads=32)
+    by_plane = bake(scene, 64, tolerance=1e-2)
+    monkeypatch.setattr(landing.Plane, "of", classmethod(lambda *_: None))
+    by_rays = bake(scene, 64, tolerance=1e-2)
+    # The same photons: only those within float32's rounding of a texel's border may differ.
+    difference = np.abs(by_plane.images[0] - by_rays.images[0])[..., 0]
+    assert (difference > 1e-9).mean() < 0.2
+    assert difference.sum() < 1e-3 * by_plane.images[0][..., 0].sum()
+    np.testing.assert_allclose(
+        by_plane.diagnostics.flux_received["Floor"], by_rays.diagnostics.flux_received["Floor"], rtol=1e-5
+    )
+
+
+def test_the_plane_is_taken_only_where_it_is_right():
+    direct = [rasterise(floor(), 32)]
+    lit_all = pool(quads=4)
+    from dapple.kernels.lit_water import light_water
+
+    lit = light_water(lit_all.water, lit_all.suns[0])
+    assert landing.Plane.of(lit_all, direct, lit) is not None
+    hung = pool(quads=4, occluders=[Occluder("Raft", floor(z=0.5).positions, floor().triangles)])
+    assert landing.Plane.of(hung, direct, lit) is None
+    inset = floor(uv_low=(0.1, 0.1), uv_high=(0.87, 0.87))
+    assert landing.Plane.of(pool(quads=4, receivers=[inset]), [rasterise(inset, 32)], lit) is None
+    bent = floor()
+    bent.positions[2, 2] = 0.2
+    assert landing.Plane.of(pool(quads=4, receivers=[bent]), [rasterise(bent, 32)], lit) is None
+
+
+@pytest.mark.parametrize("z", [1.9, 0.7])
+def test_occluders_cast_a_sharp_shadow_of_the_right_size(z):
+    raft = floor(side=1.0, z=z)
+    scene = pool(flat, quads=32, side=12.0, occluders=[Occluder("Raft", raft.positions, raft.triangles)])
+    answer = bake(scene)
+    image = answer.images[0][..., 0]
+    clear = 0.9625 * np.max(image)
+    dark = image < 0.5 * clear
+    assert dark.sum() / 64**2 * 16 == pytest.approx(1.0, abs=0.07)
+    cause = "shadowed" if z > 1.5 else "occluded"
+    cos_i = 1 / np.sqrt(1 + 0.25**2 + 0.1**2)
+    expected = cos_i * (1.0 if z > 1.5 else transmitted(cos_i))
+    assert answer.diagnostics.flux_lost[cause][0] == pytest.approx(expected, rel=5e-3)
+
+
+def test_seams_no_light_is_lost_between_two_halves_of_a_floor():
+    """A floor in two charts that do not fit the texels receives what the whole floor does, and shows no edge."""
+    left = quad("Left", [[-2, -2, 0], [0, -2, 0], [0, 2, 0], [-2, 2, 0]], (0.113, 0.027), (0.467, 0.731))
+    right = quad("Right", [[0, -2, 0], [2, -2, 0], [2, 2, 0], [0, 2, 0]], (0.113, 0.027), (0.467, 0.731))
+    halves = bake(pool(flat, quads=24, side=8.0, receivers=[left, right]), 64, tolerance=1e-4)
+    expected = 0.9649 * transmitted(0.9656)
+    cos_i = 1 / np.sqrt(1 + 0.25**2 + 0.1**2)
+    expected = cos_i * transmitted(cos_i)
+    for name, image, status in zip(("Left", "Right"), halves.images, halves.status, strict=True):
+        assert halves.diagnostics.flux_received[name][0] == pytest.approx(8.0 * expected, rel=1e-4)
+        lit = status == Status.LIT
+        # Border texels as bright as the others: nothing doubled, nothing missing.
+        assert (np.abs(image[..., 0][lit] / expected - 1) < 0.08).all() and lit.sum() > 900
+
+
+def test_two_suns_add_in_colour():
+    red, blue = sun(OBLIQUE, (2.0, 0.0, 0.0)), sun((-0.2, 0.3, -1), (0.0, 0.0, 3.0))
+    w, f = water(five_sines, 24), floor()
+    both = bake(Scene(w, (f,), (), (red, blue)), 32)
+    one = bake(Scene(w, (f,), (), (red,)), 32)
+    other = bake(Scene(w, (f,), (), (blue,)), 32)
+    np.testing.assert_allclose(both.diagnostics.flux_in, one.diagnostics.flux_in + other.diagnostics.flux_in)
+    assert both.images[0][..., 1].max() == 0
+    assert both.images[0][..., 0].mean() == pytest.approx(one.images[0][..., 0].mean(), rel=1e-3)
+    assert both.images[0][..., 2].mean() == pytest.approx(other.images[0][..., 2].mean(), rel=1e-3)
+
+
+def test_winding_and_direction_of_normals_do_not_matter():
+    scene = pool(quads=24, receivers=[floor(side=12.0)])
+    w = scene.water
+    upside_down = Water(w.name, w.positions, w.triangles[:, ::-1], -w.normals, w.normal_triangles[:, ::-1], w.twins)
+    turned = Scene(upside_down, scene.receivers, (), scene.suns)
+    a, b = bake(scene, 16, 1e-2), bake(turned, 16, 1e-2)
+    np.testing.assert_allclose(a.diagnostics.flux_received["Floor"], b.diagnostics.flux_received["Floor"], rtol=1e-4)
+
+
+def test_the_estimate_tells_the_error():
+    scene = pool(quads=48)
+    reference = np.mean([bake(scene, 64, 1e-4, seed).images[0] for seed in range(100, 104)], axis=0)
+    for tolerance in (1e-1, 1e-2, 1e-3):
+        answer = bake(scene, 64, tolerance, seed=1)
+        true = ((answer.images[0] - reference) ** 2).mean() / reference.mean() ** 2
+        assert answer.diagnostics.estimated_error <= tolerance
+        assert 0.5 < answer.diagnostics.estimated_error / true < 2
+
+
+def test_a_seed_gives_one_picture():
+    scene = pool(quads=16)
+    a, b, c = (bake(scene, 16, 1e-2, seed).images[0] for seed in (1, 1, 2))
+    np.testing.assert_array_equal(a, b)
+    assert (a != c).any()
+
+
+def test_water_without_triangles_lights_nothing():
+    empty = np.zeros((0, 3), int)
+    dry = Water("Dry", water(flat, 2).positions, empty, np.zeros((0, 3)), empty, np.zeros(0, int))
+    answer = bake(Scene(dry, (floor(),), (), (sun(),)), 8)
+    assert (answer.status[0] == Status.DARK).all() and not answer.images[0].any()
+    assert answer.diagnostics.estimated_error == 0
