@@ -137,12 +137,13 @@ class Rays(_Landing):
         triangle = np.where(on_receiver, hit, 0)
         if not len(self._base):
             return cell
-        height, x, y = (self._along(row, triangle, origin) for row in (0, 1, 2))
-        fall, dx, dy = (self._along(row, triangle, direction, 0) for row in (0, 1, 2))
+        height = self._along(0, triangle, origin)
+        fall = self._along(0, triangle, direction, 0)
         with np.errstate(divide="ignore", invalid="ignore"):
             tau = -height / fall
-        cell_hit = self._cell(x + tau * dx, y + tau * dy) + self._base[triangle]
-        return np.where(on_receiver, cell_hit, cell)
+        landed = origin + tau * direction
+        x, y = self._along(1, triangle, landed), self._along(2, triangle, landed)
+        return np.where(on_receiver, self._cell(x, y) + np.take(self._base, triangle), cell)
 
     def _along(self, row, triangle, vectors, homogeneous=1):
         """One row of each photon's texel map, applied to vectors (3,n)."""
