@@ -146,7 +146,7 @@ def add_probe():
     data.influence_type = data.parallax_type = "BOX"
     data.use_custom_parallax = True
     data.influence_distance, data.parallax_distance = geometry.HALF + 0.6, geometry.HALF
-    data.falloff = 0.05
+    data.falloff, data.clip_start = 0.05, 0.05
     probe = tools.add_object("Pool Probe", data)
     probe.location.z = geometry.DEPTH / 2
     probe.scale.z = geometry.DEPTH / 2 / geometry.HALF
@@ -162,10 +162,10 @@ def main():
     water = add_water()
     tools.add_collection("Surroundings", *add_surroundings(group))
     tools.add_sun(SUN, 3.5, 0.53)
-    tools.set_sky((0.62, 0.72, 0.80), (0.16, 0.34, 0.68), 0.5)
+    tools.set_sky((0.62, 0.72, 0.80), (0.16, 0.34, 0.68), 0.35)
     add_probe()
     tools.choose(water, receivers)
-    scene.camera = tools.add_camera("Edge", (1.5, -3.0, 3.3), (-0.35, 0.25, 0.5), 28.0)
+    scene.camera = tools.add_camera("Edge", (1.5, -2.85, 3.5), (-0.32, 0.22, 0.5), 28.0)
     tools.add_camera("Underwater", (1.75, -1.75, 0.95), (-0.9, 0.9, 0.72), 20.0)
     tools.save("pool.blend")
 
