@@ -48,7 +48,7 @@ def new_scene():
     scene.eevee.use_overscan = True
     scene.eevee.overscan_size = 15.0
     # A ray that dives into the water runs far behind what the camera sees in front of it.
-    scene.eevee.ray_tracing_options.screen_trace_thickness = 1.0
+    scene.eevee.ray_tracing_options.screen_trace_thickness = 2.0
     scene.eevee.ray_tracing_options.screen_trace_quality = 1.0
     return scene
 

@@ -63,7 +63,7 @@ def render_eevee(folder):
     for progress in bake(bpy.context, request):
         print(progress.message, flush=True)
     attach(bpy.context, request.receivers, request.out, request.water)
-    bpy.context.scene.eevee.taa_render_samples = 32
+    bpy.context.scene.eevee.taa_render_samples = 16
     render_views("eevee")
 
 
