@@ -99,14 +99,14 @@ def has_double_root(p, q, k):
 
 
 def edge_crossings(g, k):
-    """All crossings of triangles' edges: g (n,3) at the corners, k (n,3) per edge -> s (n,3,2), NaN for none."""
+    """Crossings s (n,3,2) of triangles' edges, ascending, NaN for none: g (n,3) at the corners, k (n,3) per edge."""
     p, q = g, g[:, AFTER]
     s = np.full((*g.shape, 2), np.nan)
     single = (p < 0) != (q < 0)
     s[single, 0] = edge_root(p[single], q[single], k[single])
     double = ~single & has_double_root(p, q, k)
     linear, k2 = (q - p - k)[double], k[double]
-    root = np.sqrt(linear * linear - 4 * k2 * p[double])
+    root = np.sign(k2) * np.sqrt(linear * linear - 4 * k2 * p[double])
     s[double, 0], s[double, 1] = (-linear - root) / (2 * k2), (-linear + root) / (2 * k2)
     return s
 
@@ -149,13 +149,13 @@ def tangent(coefficients, a, b):
     return np.stack([-gradient[1], gradient[0]]), gradient
 
 
-def follow(coefficients, start, along, gradient, candidates):
+def follow(coefficients, start, along, gradient, candidates, g):
     """First of a triangle's crossings that the conic meets when it leaves `start` in the direction `along`.
 
     coefficients (6,n); start (2,n) on the conic; along (2,n) tangent there; gradient (2,n); candidates (n,6,2), two on
-    each edge, NaN for none. Returns the index (n,) of 0..5, and whether (n,) there is any. A line through `start` meets
-    the conic in one more point, so the points come in the order of their lines' angles from the tangent, turning to the
-    side to which the conic bends; that holds for ellipses and for both branches of hyperbolas.
+    each edge, NaN for none; g (n,3) at the corners. Returns the index (n,) of 0..5, and whether (n,) there is any. A
+    line through `start` meets the conic in one more point, so the points come in the order of their lines' angles from
+    the tangent, turning to the side to which the conic bends; that holds for ellipses and both branches of hyperbolas.
     """
     A, B, C = coefficients[:3]
     bend = A * along[0] ** 2 + B * along[1] ** 2 + C * along[0] * along[1]
@@ -164,15 +164,19 @@ def follow(coefficients, start, along, gradient, candidates):
     forth = chord[..., 0] * along[0][:, None] + chord[..., 1] * along[1][:, None]
     aside = (chord[..., 0] * gradient[0][:, None] + chord[..., 1] * gradient[1][:, None]) * side[:, None]
     angle = np.arctan2(aside, forth) % np.pi
-    # Nearly straight: rounding turns the line either way, but ahead comes first and behind comes last.
+    # Nearly straight: rounding turns the line either way, but near comes before far, and ahead before behind.
+    reach = _STRAIGHT * np.abs(chord).max(2)
     straight = (angle < _STRAIGHT) | (angle > np.pi - _STRAIGHT)
-    angle = np.where(straight, np.where(forth > 0, 0.0, np.pi), angle)
+    angle = np.where(straight, np.where(forth > 0, reach, np.pi - reach), angle)
     # On the very edge: met at once by a curve that leaves there, last by one that comes in.
     outward = -(ACROSS @ along).T.repeat(2, axis=1)
     touching = np.abs(chord).max(2) < _TOUCHING
     angle = np.where(touching, np.where(outward > 0, -1.0, 2 * np.pi), angle)
-    exists = ~np.isnan(candidates[..., 0])
-    return np.where(exists, angle, np.inf).argmin(1), exists.any(1)
+    # Where the curve leaves with g > 0 on its right, g falls along the triangle's rim; it rises where it comes in.
+    falls = np.stack([g >= 0, g < 0], 2).reshape(-1, 6)
+    right = along[1] * gradient[0] - along[0] * gradient[1] > 0
+    exits = ~np.isnan(candidates[..., 0]) & (falls == right[:, None])
+    return np.where(exits, angle, np.inf).argmin(1), exits.any(1)
 
 
 def objective(m, n, p, eta, ex, ey):

@@ -1,7 +1,8 @@
 """The root inside a triangle: where f vanishes on an arc of the conic between two points of opposite sign.
 
-The triangle is cut, as source [1] of `conic.py` does (3.4.3), by lines through one of its corners that cross the arc
-once; along the fan of lines f has one variable, and regula falsi (Illinois) closes in on the zero.
+The triangle is cut, as source [1] of `conic.py` does (3.4.3), by lines through a point that cross the arc once; along
+the fan of lines f has one variable, and regula falsi (Illinois) closes in on the zero. For an arc between two edges the
+point is the corner that they share; for one that comes back to its edge it is the middle of its chord.
 """
 
 from __future__ import annotations
@@ -18,36 +19,42 @@ _CLOSE = 1e-12  # of the arc's parameter, and of f at its ends
 
 @dataclass
 class Brackets:
-    """Arcs (n,) with a sign change: triangle (n,), apex (n,) corner 0..2 that the fan of lines starts from, weights_in
-    and weights_out (n,3) barycentric ends, e (2,n) the sense of f at the first end, p (3,n) the receiver points."""
+    """Arcs (n,) with a change of sign: triangle (n,), barycentric (n,3) apex, turn, weights_in, weights_out, see `fan`;
+    e (2,n) the sense of f at the first end, p (3,n) the receiver points."""
 
     triangle: np.ndarray
     apex: np.ndarray
+    turn: np.ndarray
     weights_in: np.ndarray
     weights_out: np.ndarray
     e: np.ndarray
     p: np.ndarray
 
 
-def apex_between(edge_in, edge_out):
-    """Corner whose lines cross the arc between two edges once: the one they share, or the one across a single edge."""
+def fan(edge_in, weights_in, edge_out, weights_out):
+    """Point (n,3) whose lines cross the arc between crossings of two edges once, and the direction (n,3), barycentric,
+    that the lines pass half way if they turn by 180 degrees, else 0."""
     after = AFTER[edge_in]
-    return np.where(edge_in == edge_out, AFTER[after], np.where(edge_out == after, after, edge_in))
+    same = edge_in == edge_out
+    corner = np.eye(3)[np.where(same, AFTER[after], np.where(edge_out == after, after, edge_in))]
+    middle = (weights_in + weights_out) / 2
+    same = same[:, None]
+    return np.where(same, middle, corner), np.where(same, corner - middle, 0.0)
 
 
 def solve_brackets(surface, brackets, eta):
     """Barycentric weights (n,3) of the root on every arc."""
-    fan = _Fan(surface, brackets, eta)
-    a, b = np.zeros(len(brackets.apex)), np.ones(len(brackets.apex))
+    lines = _Fan(surface, brackets, eta)
+    a, b = np.zeros(len(brackets.triangle)), np.ones(len(brackets.triangle))
     every = np.arange(len(a))
-    fa, fb = fan.f(a, every), fan.f(b, every)
+    fa, fb = lines.f(a, every), lines.f(b, every)
     root = np.where(np.abs(fa) < np.abs(fb), a, b)
     scale = np.maximum(np.abs(fa), np.abs(fb)) * _CLOSE
     active = np.flatnonzero((fa < 0) != (fb < 0))
     a, b, fa, fb = a[active], b[active], fa[active], fb[active]
     for _ in range(_ITERATIONS):
         t = (a * fb - b * fa) / (fb - fa)
-        f = fan.f(t, active)
+        f = lines.f(t, active)
         root[active] = t
         crossed = (f < 0) != (fb < 0)
         a, fa = np.where(crossed, b, a), np.where(crossed, fb, fa * 0.5)  # halving makes the end that stays move too
@@ -56,7 +63,7 @@ def solve_brackets(surface, brackets, eta):
         if not len(going):
             break
         active, a, b, fa, fb = active[going], a[going], b[going], fa[going], fb[going]
-    return fan.weights(root, every)
+    return lines.weights(root, every)
 
 
 class _Fan:
@@ -67,15 +74,15 @@ class _Fan:
 
     def __init__(self, surface, brackets, eta):
         self.eta, self.p, self.e = eta, brackets.p, brackets.e
-        row = np.arange(len(brackets.apex))
-        at_apex = np.zeros_like(brackets.weights_in)
-        at_apex[row, brackets.apex] = 1
-        self._weights = [at_apex, brackets.weights_in - at_apex, brackets.weights_out - at_apex]
-        ends = [surface.at(brackets.triangle, w) for w in (at_apex, brackets.weights_in, brackets.weights_out)]
-        apex, first, last = (np.concatenate(e) for e in ends)  # (6,n): M and N
-        self._apex, self._first, self._last = apex, first - apex, last - apex
-        self._rising = np.ones(len(row))
-        linear, square, _ = self._form(self._first, row)
+        b = brackets
+        self._weights = b.apex, b.weights_in - b.apex, b.weights_out - b.apex, b.turn
+        # M and N are linear in the weights, so one matrix (6,3) per triangle turns weights into both.
+        self._apex, self._first, self._last, self._turn = (
+            np.concatenate(surface.at(b.triangle, weights)) for weights in self._weights
+        )
+        rows = np.arange(len(b.triangle))
+        self._rising = np.ones(len(rows))
+        linear, square, _ = self._form(self._first, rows)
         self._rising = np.where(linear + 2 * square < 0, -1.0, 1.0)
 
     def _form(self, ray, rows):
@@ -88,12 +95,12 @@ class _Fan:
 
     def _sigma(self, t, rows):
         """sigma (n,) of the arc on line t, and the line (6,n)."""
-        ray = (1 - t) * self._first[:, rows] + t * self._last[:, rows]
+        ray = (1 - t) * self._first[:, rows] + t * self._last[:, rows] + 4 * t * (1 - t) * self._turn[:, rows]
         linear, square, constant = self._form(ray, rows)
-        turn = self._rising[rows]  # the arc is where g rises (or falls) along the line
-        root = turn * np.sqrt(np.maximum(linear * linear - 4 * square * constant, 0))
+        rising = self._rising[rows]  # the arc is where g rises (or falls) along the line
+        root = rising * np.sqrt(np.maximum(linear * linear - 4 * square * constant, 0))
         with np.errstate(divide="ignore", invalid="ignore"):
-            sigma = np.where(turn * linear >= 0, -2 * constant / (linear + root), (root - linear) / (2 * square))
+            sigma = np.where(rising * linear >= 0, -2 * constant / (linear + root), (root - linear) / (2 * square))
         return np.where(np.isfinite(sigma), sigma, 1.0), ray
 
     def f(self, t, rows):
@@ -105,5 +112,6 @@ class _Fan:
     def weights(self, t, rows):
         """Barycentric weights (n,3) of the arc's point on lines t."""
         sigma, _ = self._sigma(t, rows)
-        at_apex, first, last = self._weights
-        return at_apex + sigma[:, None] * ((1 - t)[:, None] * first + t[:, None] * last)
+        apex, first, last, turn = self._weights
+        t = t[:, None]
+        return apex + sigma[:, None] * ((1 - t) * first + t * last + 4 * t * (1 - t) * turn)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .conic import AFTER, conic, edge_crossings, follow, objective, tangent, weights_on_edge
-from .conic_root import apex_between
+from .conic_root import fan
 
 _MOVES = 3  # triangles that rounding may have put M0 off
 _UPRIGHT = 1e-14  # |N_perp|^2 / |N|^2 under which M0 itself is the path
@@ -34,8 +34,9 @@ class Start:
 
     @property
     def apex(self):
-        """Corner (n,) whose lines cross the first arc once."""
-        return apex_between(self.backward[0], self.forward[0])
+        """Point (n,3), barycentric, whose lines cross the first arc once."""
+        one, other = self.backward, self.forward
+        return fan(one[0], weights_on_edge(*one), other[0], weights_on_edge(*other))[0]
 
 
 def locate(surface, triangle, px, py):
@@ -78,8 +79,8 @@ def begin(surface, triangle, p):
     g = np.stack([surface.g(corner[i], p[0], p[1]) for i in range(3)], 1)
     shares = edge_crossings(g, surface.k.reshape(-1, 3)[triangle]).reshape(-1, 6)
     candidates = crossing_points(shares)
-    forward, some = follow(coefficients, here, along, gradient, candidates)
-    backward, _ = follow(coefficients, here, -along, gradient, candidates)
+    forward, some = follow(coefficients, here, along, gradient, candidates, g)
+    backward, _ = follow(coefficients, here, -along, gradient, candidates, g)
     row = np.arange(len(triangle))
     ways = [(index // 2, shares[row, index]) for index in (forward, backward)]
     return Start(triangle, weights, normal[:2], upright, ~some, *ways, p)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from .conic import is_path, objective, weights_on_edge
-from .conic_root import Brackets, apex_between, solve_brackets
+from .conic_root import Brackets, fan, solve_brackets
 from .conic_start import begin, closed_curve_root, first_values
 from .conic_step import step
 from .status import Status
@@ -55,9 +55,9 @@ class Walk:
                 walkers, arc = self._advance(walkers)
             else:
                 arc = None
-            if arc is not None and len(arc.id):
+            if arc is not None and len(arc):
                 arcs.append(arc)
-                held += len(arc.id)
+                held += len(arc)
             if held >= BLOCK or (held and not len(walkers.id) and not len(waiting)):
                 walkers = walkers.join(self._solve(arcs))
                 arcs, held = [], 0
@@ -71,19 +71,12 @@ class Walk:
             self._close(ids[closed], start.triangle[closed], start.weights[closed])
         exits = (start.forward, start.backward) if way == FORWARD else (start.backward, start.forward)
         f, e = first_values(self.surface, start, exits[0], self.eta)
-        state = _Walkers(
-            ids,
-            3 * start.triangle + exits[0][0],
-            exits[0][1],
-            3 * start.triangle + exits[1][0],
-            f,
-            e,
-            start.p,
-            np.zeros(len(ids), np.int64),
-        )
-        arcs = _Arcs(
-            ids, start.triangle, start.apex, start.weights, weights_on_edge(*exits[0]), start.normal_perp, state
-        )
+        (edge, share), (stop, _) = exits
+        begun = np.zeros(len(ids), np.int64)
+        edge, stop = 3 * start.triangle + edge, 3 * start.triangle + stop
+        state = _Walkers(ids, edge, share, stop, f, e, start.p, begun)
+        apex, ends = start.apex, (start.weights, weights_on_edge(*exits[0]))
+        arcs = _Arcs(state, start.triangle, apex, np.zeros_like(apex), *ends, start.normal_perp)
         open_ = ~(start.upright | start.closed)
         return self._cross(state.take(np.flatnonzero(open_ & (f >= 0)))), arcs.take(np.flatnonzero(open_ & (f < 0)))
 
@@ -110,15 +103,9 @@ class Walk:
         at = np.flatnonzero(crossed)
         triangle, edge_in = np.divmod(w.edge[at], 3)
         edge_out = leave[at] % 3
-        arcs = _Arcs(
-            w.id[at],
-            triangle,
-            apex_between(edge_in, edge_out),
-            weights_on_edge(edge_in, w.share[at]),
-            weights_on_edge(edge_out, share[at]),
-            w.e[:, at],
-            after.take(at),
-        )
+        ends = weights_on_edge(edge_in, w.share[at]), weights_on_edge(edge_out, share[at])
+        apex, turn = fan(edge_in, ends[0], edge_out, ends[1])
+        arcs = _Arcs(after.take(at), triangle, apex, turn, *ends, w.e[:, at])
         return self._cross(after.take(np.flatnonzero(going & ~crossed))), arcs
 
     def _cross(self, walkers):
@@ -137,13 +124,12 @@ class Walk:
     def _solve(self, arcs):
         """Finish the arcs whose root is light; return the walkers of the others, past their arcs."""
         arcs = _Arcs.concatenated(arcs)
-        brackets = Brackets(arcs.triangle, arcs.apex, arcs.weights_in, arcs.weights_out, arcs.e, arcs.beyond.p)
+        brackets, beyond = arcs.brackets(), arcs.beyond
         weights = solve_brackets(self.surface, brackets, self.eta)
-        inside = weights.min(1) > -1e-6
-        m, n = self.surface.at(arcs.triangle, weights)
-        good = inside & is_path(m, n, arcs.beyond.p, self.eta)
-        self._finish(arcs.id, good, arcs.triangle, weights)
-        return self._cross(arcs.beyond.take(np.flatnonzero(~good)))
+        m, n = self.surface.at(brackets.triangle, weights)
+        good = (weights.min(1) > -1e-6) & is_path(m, n, beyond.p, self.eta)
+        self._finish(beyond.id, good, brackets.triangle, weights)
+        return self._cross(beyond.take(np.flatnonzero(~good)))
 
     def _finish(self, ids, found, triangle, weights):
         ids = ids[found]
@@ -160,7 +146,7 @@ class _Walkers:
             id_, edge, share, stop, f, e, p, steps,
         )  # fmt: skip
 
-    def _arrays(self):
+    def arrays(self):
         return self.id, self.edge, self.share, self.stop, self.f, self.e, self.p, self.steps
 
     @classmethod
@@ -169,33 +155,33 @@ class _Walkers:
         return cls(i, i, z, i, z, np.zeros((2, 0)), np.zeros((3, 0)), i)
 
     def take(self, index):
-        return _Walkers(*(np.take(a, index, axis=-1) for a in self._arrays()))
+        return _Walkers(*(np.take(a, index, axis=-1) for a in self.arrays()))
 
     def join(self, other):
         if not len(self.id):
             return other
-        pairs = zip(self._arrays(), other._arrays(), strict=True)
+        pairs = zip(self.arrays(), other.arrays(), strict=True)
         return _Walkers(*(np.concatenate([a, b], axis=-1) for a, b in pairs))
 
 
 class _Arcs:
-    """Arcs with a change of sign, see `Brackets`, and the walkers that stand beyond them."""
+    """Arcs with a change of sign, as the fields of `Brackets`, and the walkers that stand beyond them."""
 
-    def __init__(self, id_, triangle, apex, weights_in, weights_out, e, beyond):
-        self.id, self.triangle, self.apex = id_, triangle, apex
-        self.weights_in, self.weights_out, self.e, self.beyond = weights_in, weights_out, e, beyond
+    def __init__(self, beyond, *fields):
+        self.beyond, self._fields = beyond, fields
 
-    def take(self, i):
-        return _Arcs(
-            self.id[i], self.triangle[i], self.apex[i], self.weights_in[i], self.weights_out[i], self.e[:, i],
-            self.beyond.take(i),
-        )  # fmt: skip
+    def __len__(self):
+        return len(self.beyond.id)
+
+    def take(self, index):
+        *rows, e = self._fields
+        return _Arcs(self.beyond.take(index), *(np.take(a, index, axis=0) for a in rows), np.take(e, index, axis=1))
+
+    def brackets(self):
+        return Brackets(*self._fields, self.beyond.p)
 
     @classmethod
     def concatenated(cls, arcs):
-        first = (np.concatenate([getattr(a, name) for a in arcs]) for name in ("id", "triangle", "apex"))
-        ends = (np.concatenate([getattr(a, name) for a in arcs]) for name in ("weights_in", "weights_out"))
-        beyond = arcs[0].beyond
-        for a in arcs[1:]:
-            beyond = beyond.join(a.beyond)
-        return cls(*first, *ends, np.concatenate([a.e for a in arcs], axis=1), beyond)
+        *rows, e = zip(*(a._fields for a in arcs), strict=True)
+        beyond = [np.concatenate(parts, axis=-1) for parts in zip(*(a.beyond.arrays() for a in arcs), strict=True)]
+        return cls(_Walkers(*beyond), *(np.concatenate(parts) for parts in rows), np.concatenate(e, axis=1))

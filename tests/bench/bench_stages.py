@@ -1,0 +1,213 @@
+"""Seconds per stage of a bake of the pool, on one core: the table of docs/speed.md.
+
+Run as `.venv/bin/python tests/bench/bench_stages.py`; it pins itself to one core, prints the tables as it goes and
+writes them to docs/speed_tables.md. Times are CPU seconds of this process, warm, the median of REPEATS.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import platform
+import statistics
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+os.environ["OPENBLAS_NUM_THREADS"] = "1"
+ROOT = Path(__file__).resolve().parents[2]
+REPEATS = 5
+QUADS = {"33k": 128, "131k": 256, "524k": 512}
+RESOLUTIONS = (256, 512, 1024)
+COMMAND = "`.venv/bin/python tests/bench/bench_stages.py`"
+
+
+def load_dapple():
+    """Register the working tree as the package `dapple`, and the tests' waves as a module."""
+    spec = importlib.util.spec_from_file_location(
+        "dapple", ROOT / "__init__.py", submodule_search_locations=[str(ROOT)]
+    )
+    sys.modules["dapple"] = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(sys.modules["dapple"])
+    sys.path.insert(0, str(ROOT / "tests"))
+
+
+def median(run, repeats=REPEATS):
+    """Median CPU seconds of run(), which is called once more before, and what it returned last."""
+    run()
+    seconds = []
+    for _ in range(repeats):
+        start = time.process_time()
+        result = run()
+        seconds.append(time.process_time() - start)
+    return statistics.median(seconds), result
+
+
+def blender_pool(quads):
+    """The depsgraph of a new Blender scene: the pool's waves in the vertices of a smooth grid, a floor, a sun."""
+    import bpy
+    from waves import five_sines, grid
+
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    x, y, _ = grid(quads, 4.8)
+    height, _, _ = five_sines(x, y)
+    corner = [row * (quads + 1) + column for row in range(quads) for column in range(quads)]
+    mesh = bpy.data.meshes.new("Water")
+    mesh.from_pydata(list(zip(x, y, height + 1.5)), [], [(k, k + 1, k + quads + 2, k + quads + 1) for k in corner])
+    mesh.shade_smooth()
+    bpy.context.collection.objects.link(bpy.data.objects.new("Water", mesh))
+    bpy.ops.mesh.primitive_plane_add(size=4)
+    bpy.context.object.name = "Floor"
+    bpy.ops.object.light_add(type="SUN")
+    return bpy.context.evaluated_depsgraph_get()
+
+
+def extraction(quads):
+    """Seconds of reading a frame from Blender: the first, with its adjacency, and a later one."""
+    from dapple.operators.extract import read_scene
+    from dapple.operators.mesh_arrays import TopologyCache
+
+    depsgraph, topology = blender_pool(quads), TopologyCache()
+    first, _ = median(lambda: read_scene(depsgraph, ("Water",), ("Floor",), TopologyCache()))
+    later, _ = median(lambda: read_scene(depsgraph, ("Water",), ("Floor",), topology))
+    return first, later
+
+
+def stages():
+    """Yield a row per resolution and water: seconds of texels, photons on the plane, walk, and of writing."""
+    from waves import pool
+
+    from dapple.kernels.methods import solve
+    from dapple.kernels.scene import Settings
+    from dapple.kernels.texels import rasterise
+    from dapple.operators.write import write_exr
+
+    for resolution in RESOLUTIONS:
+        for name, quads in QUADS.items():
+            scene = pool(quads=quads)
+            raster, own = median(lambda: rasterise(scene.receivers[0], resolution), 1)
+            photons, by_photons = median(lambda: solve(scene, [own], Settings("photon_splat")))
+            walk, by_walk = median(lambda: solve(scene, [own], Settings("conic_walk")), 3)
+            with tempfile.TemporaryDirectory() as folder:
+                write, _ = median(lambda: write_exr(Path(folder) / "map.exr", by_photons.images[0]), 3)
+            yield resolution, name, raster, photons, by_photons.diagnostics, walk, by_walk.diagnostics, write
+
+
+def rates():
+    """Nanoseconds per triangle step, planar and traced photons per second, from the kernels' own loops."""
+    import numpy as np
+    from waves import pool
+
+    from dapple.kernels.conic import Surface
+    from dapple.kernels.landing import Plane, Rays
+    from dapple.kernels.lit_water import light_water
+    from dapple.kernels.photons import batches
+    from dapple.kernels.rays import Tracer, soup
+    from dapple.kernels.texels import rasterise
+    from dapple.kernels.walkers import Walk
+
+    scene = pool(quads=512)
+    own = rasterise(scene.receivers[0], 512)
+    lit = light_water(scene.water, scene.suns[0])
+    plane = Plane.of(scene, [own], lit)
+    unshadowed = np.zeros(len(scene.water.triangles), bool)
+    rays = Rays(scene, [own], lit, unshadowed, Tracer(*soup(scene.receivers)))
+
+    def throw(landing, photons):
+        used = 0
+        for triangles, points, flux in batches(lit, photons, np.random.default_rng(0)):
+            landing.add(triangles, points, flux)
+            used += len(triangles) * points.shape[1]
+        landing.take()
+        return used
+
+    yield "photons onto a plane [M/s]", *rate(lambda: throw(plane, 8e6), 1e-6)
+    yield "photons traced by rays [M/s]", *rate(lambda: throw(rays, 4e6), 1e-6)
+    surface = Surface(lit, scene.water.twins)
+    first = Tracer(scene.water.positions, scene.water.triangles).first(
+        own.positions, np.broadcast_to(lit.frame[2], own.positions.shape)
+    )
+    yield "walk [ns per triangle step]", *step_cost(Walk, surface, lit.frame @ own.positions.T, first, scene.eta)
+
+
+def rate(run, scale):
+    """(median units per second times `scale`, units): run() returns how many it did."""
+    seconds, count = median(run)
+    return count / seconds * scale, count
+
+
+def step_cost(walk_class, surface, p, first, eta):
+    """(median nanoseconds of a triangle step, steps): the time inside the walk's steps alone, without starts, roots."""
+    costs = []
+    for _ in range(REPEATS):
+        spent = 0.0
+
+        class Timed(walk_class):
+            def _advance(self, walkers):
+                nonlocal spent
+                start = time.process_time()
+                result = super()._advance(walkers)
+                spent += time.process_time() - start
+                return result
+
+        walk = Timed(surface, p, first, eta).run()
+        costs.append(spent / walk.steps * 1e9)
+    return statistics.median(costs), walk.steps
+
+
+def machine():
+    """One line on processor and versions."""
+    import bpy
+    import numpy as np
+
+    cpu = platform.processor() or platform.machine()
+    info = Path("/proc/cpuinfo")
+    if info.exists():
+        cpu = next((x.split(":")[1].strip() for x in info.read_text().splitlines() if x.startswith("model name")), cpu)
+    return f"{cpu}, one core; Python {platform.python_version()}, numpy {np.__version__}, bpy {bpy.app.version_string}"
+
+
+class Table:
+    """Rows that are printed as they come and kept for the document."""
+
+    def __init__(self):
+        self.lines = []
+
+    def add(self, *cells):
+        line = "| " + " | ".join(map(str, cells)) + " |"
+        self.lines.append(line)
+        print(line, flush=True)
+
+    def head(self, *cells):
+        self.lines.append("")
+        self.add(*cells)
+        self.add(*["---"] * len(cells))
+
+
+def main():
+    os.sched_setaffinity(0, {sorted(os.sched_getaffinity(0))[0]})
+    load_dapple()
+    table = Table()
+    table.head("core loop", "median", "units a run")
+    for name, value, units in rates():
+        table.add(name, f"{value:.1f}", f"{units / 1e6:.1f} M")
+    table.head("water", "extract, first frame [s]", "extract, later frames [s]")
+    for name, quads in QUADS.items():
+        table.add(name, *(f"{seconds:.3f}" for seconds in extraction(quads)))
+    table.head(
+        "resolution", "water", "texels, once [s]", "photon_splat [s]", "photons", "error", "conic_walk [s]",
+        "steps a texel", "write [s]",
+    )  # fmt: skip
+    for resolution, name, raster, photons, by_photons, walk, by_walk, write in stages():
+        steps = by_walk.paths["triangle_steps"] / resolution**2
+        table.add(
+            resolution, name, f"{raster:.2f}", f"{photons:.2f}", f"{by_photons.paths['photons'] / 1e6:.1f} M",
+            f"{by_photons.estimated_error:.4f}", f"{walk:.2f}", f"{steps:.1f}", f"{write:.3f}",
+        )  # fmt: skip
+    text = f"Measured on {time.strftime('%Y-%m-%d')} by {COMMAND}: {machine()}.\n"
+    (ROOT / "docs" / "speed_tables.md").write_text(text + "\n".join(table.lines) + "\n")
+
+
+if __name__ == "__main__":
+    main()
