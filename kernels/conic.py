@@ -22,6 +22,8 @@ BEFORE = np.array([2, 0, 1])
 ACROSS = np.array([[0.0, 1.0], [-1.0, -1.0], [1.0, 0.0]])  # gradient in (a, b) of the weight across from each edge
 _STRAIGHT = 1e-3  # rad between chord and tangent
 _TOUCHING = 1e-9  # in barycentric coordinates
+FORWARD, BACKWARD = 1.0, -1.0
+_AT_START = 1e-22  # |w_perp|^2 / |w|^2
 _RESIDUAL = 1e-7  # |G| of a root, for unit normals: a root of a torn curve has more
 
 
@@ -120,6 +122,16 @@ def weights_on_edge(edge, s):
     return weights
 
 
+def crossing_points(shares):
+    """Points (n,6,2) a, b of crossings at shares (n,6), two for each edge; NaN stays."""
+    edge = np.repeat(np.arange(3), 2)
+    points = np.zeros((*shares.shape, 3))
+    column = np.arange(6)
+    points[:, column, edge] = 1 - shares
+    points[:, column, AFTER[edge]] = shares
+    return np.where(np.isnan(shares)[..., None], np.nan, points[..., 1:])
+
+
 def conic(corner_m, corner_n, px, py):
     """Coefficients A..F (6,n) of g = A a^2 + B b^2 + C a b + D a + E b + F; corners (3,3,n) as corner, axis."""
 
@@ -149,18 +161,36 @@ def tangent(coefficients, a, b):
     return np.stack([-gradient[1], gradient[0]]), gradient
 
 
-def follow(coefficients, start, along, gradient, candidates, g):
+def follow(coefficients, start, along, gradient, shares, g):
     """First of a triangle's crossings that the conic meets when it leaves `start` in the direction `along`.
 
-    coefficients (6,n); start (2,n) on the conic; along (2,n) tangent there; gradient (2,n); candidates (n,6,2), two on
-    each edge, NaN for none; g (n,3) at the corners. Returns the index (n,) of 0..5, and whether (n,) there is any. A
-    line through `start` meets the conic in one more point, so the points come in the order of their lines' angles from
-    the tangent, turning to the side to which the conic bends; that holds for ellipses and both branches of hyperbolas.
+    coefficients (6,n); start (2,n) on the conic; along (2,n) tangent there; gradient (2,n); shares (n,6) of the
+    crossings, two on each edge, NaN for none; g (n,3) at the corners. Returns the index (n,) of 0..5, and whether (n,)
+    there is any. Where the curve leaves with g > 0 on its right, g falls along the triangle's rim; it rises where a
+    curve comes in. That alone settles triangles with two crossings.
+    """
+    falls = np.stack([g >= 0, g < 0], 2).reshape(-1, 6)
+    right = along[1] * gradient[0] - along[0] * gradient[1] > 0
+    exits = ~np.isnan(shares) & (falls == right[:, None])
+    index, count = exits.argmax(1), exits.sum(1)
+    several = np.flatnonzero(count > 1)
+    if len(several):
+        points = np.where(exits[several, :, None], crossing_points(shares[several]), np.nan)
+        arrays = (coefficients, start, along, gradient)
+        index[several] = _first_along(*(a[:, several] for a in arrays), points)
+    return index, count > 0
+
+
+def _first_along(coefficients, start, along, gradient, points):
+    """Index (n,) of the first of points (n,6,2), NaN for none, that the conic meets from `start`.
+
+    A line through `start` meets the conic in one more point, so the points come in the order of their lines' angles
+    from the tangent, turning to the side to which the conic bends, on ellipses and on both branches of hyperbolas.
     """
     A, B, C = coefficients[:3]
     bend = A * along[0] ** 2 + B * along[1] ** 2 + C * along[0] * along[1]
     side = np.where(bend > 0, -1.0, 1.0)
-    chord = candidates - start.T[:, None]
+    chord = points - start.T[:, None]
     forth = chord[..., 0] * along[0][:, None] + chord[..., 1] * along[1][:, None]
     aside = (chord[..., 0] * gradient[0][:, None] + chord[..., 1] * gradient[1][:, None]) * side[:, None]
     angle = np.arctan2(aside, forth) % np.pi
@@ -172,33 +202,28 @@ def follow(coefficients, start, along, gradient, candidates, g):
     outward = -(ACROSS @ along).T.repeat(2, axis=1)
     touching = np.abs(chord).max(2) < _TOUCHING
     angle = np.where(touching, np.where(outward > 0, -1.0, 2 * np.pi), angle)
-    # Where the curve leaves with g > 0 on its right, g falls along the triangle's rim; it rises where it comes in.
-    falls = np.stack([g >= 0, g < 0], 2).reshape(-1, 6)
-    right = along[1] * gradient[0] - along[0] * gradient[1] > 0
-    exits = ~np.isnan(candidates[..., 0]) & (falls == right[:, None])
-    return np.where(exits, angle, np.inf).argmin(1), exits.any(1)
+    return np.where(np.isnan(angle), np.inf, angle).argmin(1)
 
 
-def objective(m, n, p, eta, ex, ey):
-    """The signed function f whose zeros on the conic are refracted paths, and the direction (ex, ey) that signs it.
+def objective(m, n, p, eta, sense):
+    """The signed function f (n,) whose zeros on the conic are refracted paths; positive where the curve leaves M0.
 
-    m, n, p (3,n): point and normal on the water, receiver point; (ex, ey) from the last point on the curve. With
-    w = P - M, u = w / |w| and u.d = -u_z, a path obeys  G = N_perp (eta u.d - 1) + eta N_z u_perp = 0  [Snell]; on the
-    conic G is parallel to both N_perp and u_perp, and f is G |w| along the relatively longer of them, its sense carried
-    along the curve.
+    m, n, p (3,n): point and normal on the water, receiver point; sense: FORWARD on the way from M0 that the normal
+    leans to, BACKWARD on the other. With w = P - M, u = w / |w| and u.d = -u_z, a path obeys
+
+        G = N_perp (eta u.d - 1) + eta N_z u_perp = 0,    Snell's law across the light.
+
+    On the conic G is parallel to w_perp, which vanishes nowhere on the curve but at M0; so f is |w| G along -w_perp on
+    the one way and along w_perp on the other, and is continuous. No refraction is computed, and none can fail.
     """
     wx, wy, wz = p[0] - m[0], p[1] - m[1], p[2] - m[2]
     across = wx * wx + wy * wy
     length2 = across + wz * wz
     along = -eta * wz - np.sqrt(length2)
-    lift = eta * n[2]
-    gx, gy = n[0] * along + lift * wx, n[1] * along + lift * wy
-    use_n = (n[0] * n[0] + n[1] * n[1]) * length2 > across
-    dx, dy = np.where(use_n, n[0], wx), np.where(use_n, n[1], wy)
-    flip = np.where(dx * ex + dy * ey < 0, -1.0, 1.0)
-    dx *= flip
-    dy *= flip
-    return gx * dx + gy * dy, dx, dy
+    towards = (n[0] * wx + n[1] * wy) * along + eta * n[2] * across
+    at_start = across < _AT_START * length2  # where w_perp is rounding, f is its limit
+    limit = np.sqrt(n[0] * n[0] + n[1] * n[1]) * along
+    return np.where(at_start, limit, -sense * towards / np.sqrt(np.where(at_start, 1.0, across)))
 
 
 def is_path(m, n, p, eta):

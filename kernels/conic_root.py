@@ -20,15 +20,15 @@ _CLOSE = 1e-12  # of the arc's parameter, and of f at its ends
 @dataclass
 class Brackets:
     """Arcs (n,) with a change of sign: triangle (n,), barycentric (n,3) apex, turn, weights_in, weights_out, see `fan`;
-    e (2,n) the sense of f at the first end, p (3,n) the receiver points."""
+    p (3,n) the receiver points; sense of `objective`."""
 
     triangle: np.ndarray
     apex: np.ndarray
     turn: np.ndarray
     weights_in: np.ndarray
     weights_out: np.ndarray
-    e: np.ndarray
     p: np.ndarray
+    sense: float
 
 
 def fan(edge_in, weights_in, edge_out, weights_out):
@@ -73,7 +73,7 @@ class _Fan:
     """
 
     def __init__(self, surface, brackets, eta):
-        self.eta, self.p, self.e = eta, brackets.p, brackets.e
+        self.eta, self.p, self.sense = eta, brackets.p, brackets.sense
         b = brackets
         self._weights = b.apex, b.weights_in - b.apex, b.weights_out - b.apex, b.turn
         # M and N are linear in the weights, so one matrix (6,3) per triangle turns weights into both.
@@ -107,7 +107,7 @@ class _Fan:
         """f (n,) on lines t of the arcs `rows`."""
         sigma, ray = self._sigma(t, rows)
         point = self._apex[:, rows] + sigma * ray
-        return objective(point[:3], point[3:], self.p[:, rows], self.eta, *self.e[:, rows])[0]
+        return objective(point[:3], point[3:], self.p[:, rows], self.eta, self.sense)
 
     def weights(self, t, rows):
         """Barycentric weights (n,3) of the arc's point on lines t."""

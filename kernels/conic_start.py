@@ -10,33 +10,34 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .conic import AFTER, conic, edge_crossings, follow, objective, tangent, weights_on_edge
+from .conic import AFTER, FORWARD, conic, edge_crossings, follow, objective, tangent, weights_on_edge
 from .conic_root import fan
 
 _MOVES = 3  # triangles that rounding may have put M0 off
+_ON_EDGE = 1e-3  # barycentric
 _UPRIGHT = 1e-14  # |N_perp|^2 / |N|^2 under which M0 itself is the path
 
 
 @dataclass
 class Start:
-    """First arcs (n,) from M0: triangle, weights (n,3) of M0, normal_perp (2,n) there; upright (n,) bool, M0 is the
+    """First arcs (n,) from M0: triangle, weights (n,3) of M0; upright (n,) bool, M0 is the
     root; closed (n,) bool, the conic does not leave the triangle; forward and backward exits as edge (n,) and share s
     (n,); p (3,n)."""
 
     triangle: np.ndarray
     weights: np.ndarray
-    normal_perp: np.ndarray
     upright: np.ndarray
     closed: np.ndarray
     forward: tuple[np.ndarray, np.ndarray]
     backward: tuple[np.ndarray, np.ndarray]
     p: np.ndarray
 
-    @property
-    def apex(self):
-        """Point (n,3), barycentric, whose lines cross the first arc once."""
+    def fan(self):
+        """As `conic_root.fan`, for the arc from M0 to either exit."""
         one, other = self.backward, self.forward
-        return fan(one[0], weights_on_edge(*one), other[0], weights_on_edge(*other))[0]
+        apex, turn = fan(one[0], weights_on_edge(*one), other[0], weights_on_edge(*other))
+        # From inside the triangle the lines turn by less than half a turn; from its edge they need the way to go.
+        return apex, np.where(self.weights.min(1)[:, None] < _ON_EDGE, turn, 0.0)
 
 
 def locate(surface, triangle, px, py):
@@ -78,29 +79,11 @@ def begin(surface, triangle, p):
     along = along * np.where(x * normal[0] + y * normal[1] < 0, -1.0, 1.0)
     g = np.stack([surface.g(corner[i], p[0], p[1]) for i in range(3)], 1)
     shares = edge_crossings(g, surface.k.reshape(-1, 3)[triangle]).reshape(-1, 6)
-    candidates = crossing_points(shares)
-    forward, some = follow(coefficients, here, along, gradient, candidates, g)
-    backward, _ = follow(coefficients, here, -along, gradient, candidates, g)
+    forward, some = follow(coefficients, here, along, gradient, shares, g)
+    backward, _ = follow(coefficients, here, -along, gradient, shares, g)
     row = np.arange(len(triangle))
     ways = [(index // 2, shares[row, index]) for index in (forward, backward)]
-    return Start(triangle, weights, normal[:2], upright, ~some, *ways, p)
-
-
-def crossing_points(shares):
-    """Points (n,6,2) a, b of crossings at shares (n,6), two for each edge; NaN stays."""
-    edge = np.repeat(np.arange(3), 2)
-    points = np.zeros((*shares.shape, 3))
-    column = np.arange(6)
-    points[:, column, edge] = 1 - shares
-    points[:, column, AFTER[edge]] = shares
-    return np.where(np.isnan(shares)[..., None], np.nan, points[..., 1:])
-
-
-def first_values(surface, start, way, eta):
-    """f (n,) at the end of the first arc and its sense e (2,n), where f is positive at M0."""
-    m, n = surface.at(start.triangle, weights_on_edge(*way))
-    f, ex, ey = objective(m, n, start.p, eta, *start.normal_perp)
-    return f, np.stack([ex, ey])
+    return Start(triangle, weights, upright, ~some, *ways, p)
 
 
 def closed_curve_root(surface, triangle, weights, p, eta, samples=64):
@@ -116,34 +99,34 @@ def closed_curve_root(surface, triangle, weights, p, eta, samples=64):
     here = weights[:, 1:].T
     along, gradient = tangent(coefficients, *here)
 
+    # Leave M0 on the side that the normal leans to, and turn to the side to which the curve bends.
+    normal = (weights.T[:, None] * corner_n).sum(0)
+    e1, e2 = corner_m[1] - corner_m[0], corner_m[2] - corner_m[0]
+    lean = sum((along[0] * e1[i] + along[1] * e2[i]) * normal[i] for i in (0, 1))
+    along = along * np.where(lean < 0, -1.0, 1.0)
+    A, B, C = coefficients[:3]
+    side = -np.sign(A * along[0] ** 2 + B * along[1] ** 2 + C * along[0] * along[1])
+
     def point(t):
-        c, s = np.cos(np.pi * t), np.sin(np.pi * t)
+        c, s = np.cos(np.pi * t), side * np.sin(np.pi * t)
         wa, wb = c * along[0] + s * gradient[0], c * along[1] + s * gradient[1]
-        A, B, C = coefficients[:3]
         sigma = -(wa * gradient[0] + wb * gradient[1]) / (A * wa * wa + B * wb * wb + C * wa * wb)
         a, b = here[0] + sigma * wa, here[1] + sigma * wb
         return np.stack([1 - a - b, a, b], 1)
 
-    def value(t, e):
-        m, n = surface.at(triangle, point(t))
-        f, ex, ey = objective(m, n, p, eta, *e)
-        return f, (ex, ey)
+    def value(t):
+        return objective(*surface.at(triangle, point(t)), p, eta, FORWARD)
 
-    normal = (weights.T[:, None] * corner_n).sum(0)
     low, high = np.full(len(triangle), np.nan), np.full(len(triangle), np.nan)
-    e_low = np.zeros((2, len(triangle)))
-    e, f_last = (normal[0], normal[1]), np.ones(len(triangle))
+    last = np.ones(len(triangle), bool)
     for k in range(1, samples):
-        f, e_new = value(np.full(len(triangle), k / samples), e)
-        found = np.isnan(low) & ((f < 0) != (f_last < 0))
+        positive = value(np.full(len(triangle), k / samples)) >= 0
+        found = np.isnan(low) & (positive != last)
         low[found], high[found] = (k - 1) / samples, k / samples
-        e_low[:, found] = np.stack(e)[:, found]
-        f_last, e = f, e_new
+        last = positive
     with np.errstate(invalid="ignore"):
         for _ in range(50):
             middle = (low + high) / 2
-            f, _ = value(middle, e_low)
-            start_negative = value(low, e_low)[0] < 0
-            same = (f < 0) == start_negative
-            low, high = np.where(same, middle, low), np.where(same, high, middle)
+            before = value(middle) >= 0
+            low, high = np.where(before, middle, low), np.where(before, high, middle)
     return point((low + high) / 2)

@@ -14,7 +14,6 @@ from .conic import (
     tangent,
     weights_on_edge,
 )
-from .conic_start import crossing_points
 
 
 def step(surface, entry, s, p):
@@ -59,5 +58,5 @@ def _step_along(surface, entry, s, p):
     inward = ACROSS[edge]
     along = along * np.where(along[0] * inward[:, 0] + along[1] * inward[:, 1] < 0, -1.0, 1.0)
     shares = shares.reshape(-1, 6)
-    index, some = follow(coefficients, start, along, gradient, crossing_points(shares), g)
+    index, some = follow(coefficients, start, along, gradient, shares, g)
     return 3 * triangle + index // 2, np.nan_to_num(shares[row, index], nan=0.5), torn | ~some

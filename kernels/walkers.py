@@ -9,14 +9,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from .conic import is_path, objective, weights_on_edge
+from .conic import BACKWARD, FORWARD, is_path, objective, weights_on_edge
 from .conic_root import Brackets, fan, solve_brackets
-from .conic_start import begin, closed_curve_root, first_values
+from .conic_start import begin, closed_curve_root
 from .conic_step import step
 from .status import Status
 
 BLOCK = 1 << 14  # walkers at once: what a step touches stays in the second-level cache
-FORWARD, BACKWARD = 0, 1
 
 
 class Walk:
@@ -41,14 +40,15 @@ class Walk:
                 waiting = np.flatnonzero(self.first >= 0)
             else:
                 waiting = np.flatnonzero(np.isin(self.status, (Status.OFF_THE_RIM, Status.TORN, Status.LOST)))
-            self._walk(waiting, way)
+            self._sense = way
+            self._walk(waiting)
         return self
 
-    def _walk(self, waiting, way):
+    def _walk(self, waiting):
         walkers, arcs, held = _Walkers.none(), [], 0
         while len(waiting) or len(walkers.id) or held:
             if len(walkers.id) < BLOCK // 2 and len(waiting):
-                started, arc = self._start(waiting[:BLOCK], way)
+                started, arc = self._start(waiting[:BLOCK])
                 waiting = waiting[BLOCK:]
                 walkers = walkers.join(started)
             elif len(walkers.id):
@@ -62,21 +62,21 @@ class Walk:
                 walkers = walkers.join(self._solve(arcs))
                 arcs, held = [], 0
 
-    def _start(self, ids, way):
+    def _start(self, ids):
         """Walkers that leave their first triangle, and arcs with a root in it."""
         start = begin(self.surface, self.first[ids], self.p[:, ids])
         self._finish(ids, start.upright, start.triangle, start.weights)
         closed = np.flatnonzero(start.closed & ~start.upright)
         if len(closed):
             self._close(ids[closed], start.triangle[closed], start.weights[closed])
-        exits = (start.forward, start.backward) if way == FORWARD else (start.backward, start.forward)
-        f, e = first_values(self.surface, start, exits[0], self.eta)
+        exits = (start.forward, start.backward) if self._sense == FORWARD else (start.backward, start.forward)
+        end = weights_on_edge(*exits[0])
+        f = objective(*self.surface.at(start.triangle, end), start.p, self.eta, self._sense)
         (edge, share), (stop, _) = exits
         begun = np.zeros(len(ids), np.int64)
         edge, stop = 3 * start.triangle + edge, 3 * start.triangle + stop
-        state = _Walkers(ids, edge, share, stop, f, e, start.p, begun)
-        apex, ends = start.apex, (start.weights, weights_on_edge(*exits[0]))
-        arcs = _Arcs(state, start.triangle, apex, np.zeros_like(apex), *ends, start.normal_perp)
+        state = _Walkers(ids, edge, share, stop, f, start.p, begun)
+        arcs = _Arcs(state, start.triangle, *start.fan(), start.weights, end)
         open_ = ~(start.upright | start.closed)
         return self._cross(state.take(np.flatnonzero(open_ & (f >= 0)))), arcs.take(np.flatnonzero(open_ & (f < 0)))
 
@@ -93,8 +93,8 @@ class Walk:
         w = walkers
         leave, share, torn = step(self.surface, w.edge, w.share, w.p)
         m, n = self.surface.between(np.take(self.surface.tail, leave), np.take(self.surface.head, leave), share)
-        f, ex, ey = objective(m, n, w.p, self.eta, *w.e)
-        after = _Walkers(w.id, leave, share, w.stop, f, np.stack([ex, ey]), w.p, w.steps + 1)
+        f = objective(m, n, w.p, self.eta, self._sense)
+        after = _Walkers(w.id, leave, share, w.stop, f, w.p, w.steps + 1)
         lost = after.steps > self._limit
         self.status[w.id[lost]] = Status.LOST
         self.status[w.id[torn]] = Status.TORN
@@ -105,7 +105,7 @@ class Walk:
         edge_out = leave[at] % 3
         ends = weights_on_edge(edge_in, w.share[at]), weights_on_edge(edge_out, share[at])
         apex, turn = fan(edge_in, ends[0], edge_out, ends[1])
-        arcs = _Arcs(after.take(at), triangle, apex, turn, *ends, w.e[:, at])
+        arcs = _Arcs(after.take(at), triangle, apex, turn, *ends)
         return self._cross(after.take(np.flatnonzero(going & ~crossed))), arcs
 
     def _cross(self, walkers):
@@ -124,7 +124,7 @@ class Walk:
     def _solve(self, arcs):
         """Finish the arcs whose root is light; return the walkers of the others, past their arcs."""
         arcs = _Arcs.concatenated(arcs)
-        brackets, beyond = arcs.brackets(), arcs.beyond
+        brackets, beyond = arcs.brackets(self._sense), arcs.beyond
         weights = solve_brackets(self.surface, brackets, self.eta)
         m, n = self.surface.at(brackets.triangle, weights)
         good = (weights.min(1) > -1e-6) & is_path(m, n, beyond.p, self.eta)
@@ -139,20 +139,18 @@ class Walk:
 
 class _Walkers:
     """Structure of arrays of walkers on a half-edge: id, edge and share where they are, stop (the half-edge that would
-    close their curve), f and its sense e (2,n) there, p (3,n), steps."""
+    close their curve), f there, p (3,n), steps."""
 
-    def __init__(self, id_, edge, share, stop, f, e, p, steps):
-        self.id, self.edge, self.share, self.stop, self.f, self.e, self.p, self.steps = (
-            id_, edge, share, stop, f, e, p, steps,
-        )  # fmt: skip
+    def __init__(self, *arrays):
+        self.id, self.edge, self.share, self.stop, self.f, self.p, self.steps = arrays
 
     def arrays(self):
-        return self.id, self.edge, self.share, self.stop, self.f, self.e, self.p, self.steps
+        return self.id, self.edge, self.share, self.stop, self.f, self.p, self.steps
 
     @classmethod
     def none(cls):
         z, i = np.zeros(0), np.zeros(0, np.int64)
-        return cls(i, i, z, i, z, np.zeros((2, 0)), np.zeros((3, 0)), i)
+        return cls(i, i, z, i, z, np.zeros((3, 0)), i)
 
     def take(self, index):
         return _Walkers(*(np.take(a, index, axis=-1) for a in self.arrays()))
@@ -165,7 +163,7 @@ class _Walkers:
 
 
 class _Arcs:
-    """Arcs with a change of sign, as the fields of `Brackets`, and the walkers that stand beyond them."""
+    """Arcs with a change of sign, as the first fields of `Brackets`, and the walkers that stand beyond them."""
 
     def __init__(self, beyond, *fields):
         self.beyond, self._fields = beyond, fields
@@ -174,14 +172,13 @@ class _Arcs:
         return len(self.beyond.id)
 
     def take(self, index):
-        *rows, e = self._fields
-        return _Arcs(self.beyond.take(index), *(np.take(a, index, axis=0) for a in rows), np.take(e, index, axis=1))
+        return _Arcs(self.beyond.take(index), *(np.take(a, index, axis=0) for a in self._fields))
 
-    def brackets(self):
-        return Brackets(*self._fields, self.beyond.p)
+    def brackets(self, sense):
+        return Brackets(*self._fields, self.beyond.p, sense)
 
     @classmethod
     def concatenated(cls, arcs):
-        *rows, e = zip(*(a._fields for a in arcs), strict=True)
+        fields = [np.concatenate(parts) for parts in zip(*(a._fields for a in arcs), strict=True)]
         beyond = [np.concatenate(parts, axis=-1) for parts in zip(*(a.beyond.arrays() for a in arcs), strict=True)]
-        return cls(_Walkers(*beyond), *(np.concatenate(parts) for parts in rows), np.concatenate(e, axis=1))
+        return cls(_Walkers(*beyond), *fields)

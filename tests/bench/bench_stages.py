@@ -7,6 +7,7 @@ writes them to docs/speed_tables.md. Times are CPU seconds of this process, warm
 from __future__ import annotations
 
 import importlib.util
+import json
 import os
 import platform
 import statistics
@@ -74,8 +75,8 @@ def extraction(quads):
     return first, later
 
 
-def stages():
-    """Yield a row per resolution and water: seconds of texels, photons on the plane, walk, and of writing."""
+def stages(resolution, quads):
+    """Seconds of texels, photons on the plane, the walk and writing, with both diagnostics, on a floor under water."""
     from waves import pool
 
     from dapple.kernels.methods import solve
@@ -83,15 +84,33 @@ def stages():
     from dapple.kernels.texels import rasterise
     from dapple.operators.write import write_exr
 
-    for resolution in RESOLUTIONS:
-        for name, quads in QUADS.items():
-            scene = pool(quads=quads)
-            raster, own = median(lambda: rasterise(scene.receivers[0], resolution), 1)
-            photons, by_photons = median(lambda: solve(scene, [own], Settings("photon_splat")))
-            walk, by_walk = median(lambda: solve(scene, [own], Settings("conic_walk")), 3)
-            with tempfile.TemporaryDirectory() as folder:
-                write, _ = median(lambda: write_exr(Path(folder) / "map.exr", by_photons.images[0]), 3)
-            yield resolution, name, raster, photons, by_photons.diagnostics, walk, by_walk.diagnostics, write
+    scene = pool(quads=quads)
+    raster, own = median(lambda: rasterise(scene.receivers[0], resolution), 1)
+    photons, splat = median(lambda: solve(scene, [own], Settings("photon_splat")))
+    walk, by_walk = median(lambda: solve(scene, [own], Settings("conic_walk")), 3)
+    with tempfile.TemporaryDirectory() as folder:
+        write, _ = median(lambda: write_exr(Path(folder) / "map.exr", splat.images[0]), 3)
+    return raster, photons, splat.diagnostics, walk, by_walk.diagnostics, write
+
+
+def sample_pool():
+    """Median seconds per stage, and photons, of frame 2 of sample_blends/pool.blend: three receivers, ring, coping."""
+    import bpy
+
+    import dapple
+    from dapple.operators.bake import bake, request_from_scene
+
+    bpy.ops.wm.open_mainfile(filepath=str(ROOT / "sample_blends" / "pool.blend"))
+    dapple.register()
+    runs = []
+    for _ in range(REPEATS):
+        with tempfile.TemporaryDirectory() as folder:
+            request = request_from_scene(bpy.context.scene, frames=(1, 2), out=folder)
+            list(bake(bpy.context, request))
+            entry = json.loads((Path(folder) / "bake.json").read_text())["frames"]["2"]
+        runs.append(entry["seconds"])
+    stage = {name: statistics.median(run[name] for run in runs) for name in runs[0]}
+    return stage, entry["paths"]["photons"], entry["estimated_error"]
 
 
 def rates():
@@ -195,16 +214,23 @@ def main():
     table.head("water", "extract, first frame [s]", "extract, later frames [s]")
     for name, quads in QUADS.items():
         table.add(name, *(f"{seconds:.3f}" for seconds in extraction(quads)))
+    stage, photons, error = sample_pool()
+    table.head("stage of a frame of pool.blend at 512 x 512", "seconds")
+    for name, seconds in stage.items():
+        table.add(name.replace("solve.", "of that, "), f"{seconds:.3f}")
+    table.add(f"(photons of the last of two draws, error {error:.4f})", f"{photons / 1e6:.1f} M")
     table.head(
         "resolution", "water", "texels, once [s]", "photon_splat [s]", "photons", "error", "conic_walk [s]",
         "steps a texel", "write [s]",
     )  # fmt: skip
-    for resolution, name, raster, photons, by_photons, walk, by_walk, write in stages():
-        steps = by_walk.paths["triangle_steps"] / resolution**2
-        table.add(
-            resolution, name, f"{raster:.2f}", f"{photons:.2f}", f"{by_photons.paths['photons'] / 1e6:.1f} M",
-            f"{by_photons.estimated_error:.4f}", f"{walk:.2f}", f"{steps:.1f}", f"{write:.3f}",
-        )  # fmt: skip
+    for resolution in RESOLUTIONS:
+        for name, quads in QUADS.items():
+            raster, photons, splat, walk, by_walk, write = stages(resolution, quads)
+            table.add(
+                resolution, name, f"{raster:.2f}", f"{photons:.2f}", f"{splat.paths['photons'] / 1e6:.1f} M",
+                f"{splat.estimated_error:.4f}", f"{walk:.2f}",
+                f"{by_walk.paths['triangle_steps'] / resolution**2:.1f}", f"{write:.3f}",
+            )  # fmt: skip
     text = f"Measured on {time.strftime('%Y-%m-%d')} by {COMMAND}: {machine()}.\n"
     (ROOT / "docs" / "speed_tables.md").write_text(text + "\n".join(table.lines) + "\n")
 

@@ -209,3 +209,16 @@ def test_water_without_triangles_lights_nothing():
     )
     answer = bake(scene, resolution=4)
     assert (answer.status[0] == Status.NO_WATER).all() and not answer.images[0].any()
+
+
+@pytest.mark.parametrize("scale", [0.0, 0.3, 1.0, 2.0])
+@pytest.mark.parametrize("lean", [0.0, 1e-9, 1e-6, 1e-3, 0.25, 1.0])
+def test_every_texel_under_wide_water_finds_a_path(scale, lean):
+    """Every point deep under water that reaches far beyond it is lit by an odd number of paths, so by one at least.
+
+    Grid, texels and the sun's heading are aligned on purpose: curves pass vertices and edges, and rays hit them.
+    """
+    scene = pool(lambda x, y: five_sines(x, y, scale), quads=96, direction=(lean, 0, -1), side=9.6)
+    answer = bake(scene, resolution=48)
+    assert (answer.status[0] == Status.LIT).all()
+    assert np.isfinite(answer.images[0]).all() and (answer.images[0] > 0).all()
