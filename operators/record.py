@@ -55,12 +55,12 @@ def frame_entry(scene, diagnostics, seconds, files, warnings):
 def summary(number, entry):
     """One sentence on a frame's entry: method, seconds, energy."""
     seconds = sum(value for stage, value in entry["seconds"].items() if not stage.startswith("solve."))
-    inward = np.sum(entry["flux_in"])
+    inward = float(np.mean(entry["flux_in"]))
     text = f"Frame {number}: {entry['method']}, {seconds:.2f} s"
     if not inward > 0:
         return f"{text}; no light meets the water."
-    received = sum(np.sum(flux) for flux in entry["flux_received"].values())
-    lost = sum(np.sum(flux) for flux in entry["flux_lost"].values())
+    received = sum(np.mean(flux) for flux in entry["flux_received"].values())
+    lost = sum(np.mean(flux) for flux in entry["flux_lost"].values())
     return f"{text}; of {inward:.4g} W on the water {received / inward:.1%} received, {lost / inward:.1%} lost."
 
 
