@@ -1,8 +1,8 @@
 """Render the pool with baked caustics in EEVEE, and the same views path traced by Cycles without any bake.
 
 Run as `.venv/bin/python tests/figures/render_pool.py`; it writes docs/images/pool_<view>_<engine>_<frame>.jpg. On two
-cores without a graphics card it takes about half an hour, most of it Cycles. Cycles gets what an artist would give it:
-shadow caustics on the water, the receivers and the Sun, which the file has, and 128 samples without a denoiser.
+cores without a graphics card it takes about twenty-five minutes, most of it Cycles. Cycles gets what an artist would
+give it: shadow caustics on the water, the receivers and the Sun, which the file has, and 128 samples, not denoised.
 """
 
 from __future__ import annotations
