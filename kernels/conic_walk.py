@@ -68,6 +68,8 @@ def _sun(scene, sun, points, normals, water, objects, work):
     found = np.flatnonzero(walk.status == Status.LIT)
     path = walk.triangle[found], walk.weights[found]
     light[found] = path_irradiance(surface, *path, p[:, found], lit.frame @ normals[found].T, scene.eta)
+    on_fold = found[~np.isfinite(light[found])]
+    light[on_fold], walk.status[on_fold] = 0, Status.LOST
     clock.lap("irradiance")
     hidden = found[_hidden(surface, path, points[found], lit.frame, objects)]
     light[hidden], walk.status[hidden] = 0, Status.BLOCKED

@@ -16,7 +16,7 @@ class Status(IntEnum):
     NO_ROOT = 5  # walk: the curve closed on itself without a root
     BLOCKED = 6  # walk: the path was found and an object stands in it
     TORN = 7  # walk: the curve is torn where the normals jump (flat or custom shading)
-    LOST = 8  # walk: it took more steps than the mesh can justify, or met a degenerate triangle
+    LOST = 8  # walk: more steps than the mesh can justify, or a point on a fold, which has no finite light
 
 
 def counts(codes):

@@ -15,7 +15,7 @@ from .errors import DappleError
 from .extract import read_scene
 from .mesh_arrays import TopologyCache
 from .record import Record, frame_entry, summary
-from .write import folder_name, map_path, write_exr
+from .write import check_folder, folder_name, map_path, write_exr
 
 LEAST_RESOLUTION, MOST_RESOLUTION = 16, 16384
 
@@ -64,6 +64,7 @@ def bake(context, request: BakeRequest) -> Iterator[Progress]:
     _check(request)
     scene_name, frame, subframe = context.scene.name, context.scene.frame_current, context.scene.frame_subframe
     record = Record.open(request)
+    check_folder(request.out)
     topology, texels = TopologyCache(), _TexelCache(request.settings)
     try:
         for done, number in enumerate(request.frames, 1):

@@ -62,6 +62,17 @@ def write_json(path, record):
         partial.write_text(text + "\n", encoding="utf-8")
 
 
+def check_folder(folder):
+    """Make `folder` and raise DappleError if it takes no file: better known before the work than after it."""
+    trial = Path(folder) / ".trial"
+    try:
+        trial.parent.mkdir(parents=True, exist_ok=True)
+        trial.touch()
+        trial.unlink()
+    except OSError as error:
+        raise DappleError(_sentence(folder, error)) from error
+
+
 @contextlib.contextmanager
 def _put_in_place(path):
     """Give a hidden name beside `path` to write to, and rename it to `path` once it is safely on the disk."""

@@ -204,7 +204,7 @@ def test_receivers_that_differ_in_case_only(pool):
 
 def test_output_below_a_file(pool, tmp_path):
     (tmp_path / "file").write_text("mine")
-    with pytest.raises(DappleError, match=r"Frame 1: Could not write .*a part of this path is a file.*choose another"):
+    with pytest.raises(DappleError, match=r"Could not write .*maps: a part of this path is a file.*choose another"):
         run(pool, out=tmp_path / "file" / "maps")
     assert files_in(tmp_path) == ["file"]
 
