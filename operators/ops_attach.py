@@ -33,9 +33,10 @@ Press it again after a new bake or a change of materials"""
         except DappleError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
+        self.report({"INFO"}, f"{len(request.receivers)} receiver(s) show their maps")
+        # Last, for the status bar shows the last report only.
         for note in notes:
             self.report({"WARNING"}, note)
-        self.report({"INFO"}, f"{len(request.receivers)} receiver(s) show their maps")
         return {"FINISHED"}
 
 

@@ -9,9 +9,8 @@ from .bake import bake, request_from_scene
 from .errors import DappleError
 
 # What may reach the viewport while a bake runs. All else is swallowed: an edit or an undo would pull the scene from
-# under the bake.
+# under the bake, and a button that the mouse comes to rest on would stay grey when the bake is over.
 NAVIGATION = {
-    "MOUSEMOVE",
     "MIDDLEMOUSE",
     "WHEELUPMOUSE",
     "WHEELDOWNMOUSE",
@@ -62,7 +61,7 @@ class _Bake:
         try:
             self._begin(context)
             for progress in self._steps:
-                self._last = progress
+                self._take(progress)
         except DappleError as error:
             return self._fail(error)
         return self._finish()
@@ -72,7 +71,7 @@ class _Bake:
         return self.execute(context) if bpy.app.background else self._start(context)
 
     def _begin(self, context):
-        self._last = None
+        self._last, self._warnings = None, {}
         self._request = self.request(context.scene)
         self._steps = bake(context, self._request)
 
@@ -101,7 +100,7 @@ class _Bake:
 
     def _step(self, context):
         try:
-            self._last = next(self._steps)
+            self._take(next(self._steps))
         except StopIteration:
             self.cancel(context)
             return self._finish()
@@ -125,9 +124,16 @@ class _Bake:
         context.window_manager.progress_end()
         context.workspace.status_text_set(None)
 
+    def _take(self, progress):
+        self._last = progress
+        self._warnings.update(dict.fromkeys(progress.warnings))
+
     def _finish(self):
         self._show()
         self.report({"INFO"}, self._last.message)
+        # Last, for the status bar shows the last report only.
+        for warning in self._warnings:
+            self.report({"WARNING"}, warning)
         return {"FINISHED"}
 
     def _fail(self, error):

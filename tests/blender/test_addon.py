@@ -9,7 +9,7 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 import dapple  # noqa: E402
-from dapple.operators import ops_bake  # noqa: E402
+from dapple.operators import ops_attach, ops_bake  # noqa: E402
 from dapple.operators.errors import DappleError  # noqa: E402
 
 CLASSES = (
@@ -176,6 +176,7 @@ class Progress:
     done: int
     total: int
     message: str
+    warnings: tuple[str, ...] = ("The water is a lake.",)
 
 
 def fake_bake(log, fails_at=None):
@@ -286,7 +287,7 @@ def test_the_window_bakes_one_frame_a_tick(monkeypatch):
     assert log[-2:] == ["closed", (("Floor",), "maps")]
     assert context.window_manager.shown == pytest.approx([1 / 3, 2 / 3, 1])
     assert context.window_manager.on == set()
-    assert button.reports == [("INFO", "Frame 4.")]
+    assert button.reports == [("INFO", "Frame 4."), ("WARNING", "The water is a lake.")]
 
 
 def test_escape_before_the_first_frame_changes_nothing(monkeypatch):
@@ -318,6 +319,15 @@ def test_edits_are_held_back_and_the_view_is_not(monkeypatch):
     button, context, _ = press(monkeypatch)
     assert button.modal(context, event("Z")) == {"RUNNING_MODAL"}
     assert button.modal(context, event("WHEELUPMOUSE")) == {"PASS_THROUGH"}
+    # A grey button that the mouse rests on stays grey after the bake.
+    assert button.modal(context, event("MOUSEMOVE")) == {"RUNNING_MODAL"}
+
+
+def test_what_attaching_warns_of_is_said_last(ready, monkeypatch):
+    monkeypatch.setattr(ops_attach, "attach", lambda *_: ["It shows a copy."])
+    button = Button()
+    assert ops_attach.DAPPLE_OT_attach.execute(button, bpy.context) == {"FINISHED"}
+    assert [kind for kind, _ in button.reports] == ["INFO", "WARNING"]
 
 
 def test_a_second_bake_waits_for_the_first(ready):
