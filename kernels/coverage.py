@@ -9,66 +9,60 @@ from __future__ import annotations
 
 import numpy as np
 
-_BLOCK = 1 << 20  # pieces at once: bounds the memory
+_BLOCK = 1 << 17  # edges at once: bounds the memory
 
 
 def edge_coverage(starts, ends, weights, shape):
     """Weighted area that the polygons bounded by directed edges cover in every cell.
 
-    starts, ends (n,2): edges in texel units, x in [0, W], y in [0, H], counter-clockwise round what is covered;
+    starts, ends (2,n): x, y of edges in texel units, x in [0, W], y in [0, H], counter-clockwise round what is covered;
     weights (n,): density of each edge's polygon; shape (H, W). Returns (H, W) float64.
     Raises ValueError where an edge leaves the grid.
     """
     height, width = shape
-    limit = np.array([width, height], float)
     for name, points in (("starts", starts), ("ends", ends)):
-        if len(points) and (points.min() < 0 or (points > limit).any()):
-            raise ValueError(f"{name} must lie in [0, {width}] x [0, {height}], got {points.min(0)} to {points.max(0)}")
-    deposits = np.zeros((height, width + 2))
-    rows = np.abs(np.floor(ends[:, 1]) - np.floor(starts[:, 1])) + 1
-    for block in _blocks(rows):
-        _deposit(starts[block], ends[block], weights[block], deposits)
-    return np.cumsum(deposits, axis=1)[:, :width]
+        if points.size and (points.min() < 0 or points[0].max() > width or points[1].max() > height):
+            low, high = points.min(1), points.max(1)
+            raise ValueError(f"{name} must lie in [0, {width}] x [0, {height}], got {low} to {high}")
+    deposits = np.zeros(height * (width + 2))
+    for k in range(0, len(weights), _BLOCK):
+        block = slice(k, k + _BLOCK)
+        _deposit(starts[:, block], ends[:, block], weights[block], shape, deposits)
+    return np.cumsum(deposits.reshape(height, width + 2), axis=1)[:, :width]
 
 
-def _blocks(pieces):
-    """Slices of consecutive edges of about _BLOCK pieces each."""
-    total = np.cumsum(pieces)
-    cuts = np.searchsorted(total, np.arange(_BLOCK, total[-1] if len(total) else 0, _BLOCK)) + 1
-    return [slice(a, b) for a, b in zip([0, *cuts], [*cuts, len(pieces)], strict=True) if b > a]
-
-
-def _cut(starts, ends, axis):
-    """Cut edges at the integer lines of one axis: (parent edge, starts, ends) of the pieces, in order."""
-    low = np.floor(np.minimum(starts[:, axis], ends[:, axis]))
-    high = np.ceil(np.maximum(starts[:, axis], ends[:, axis]))
-    count = np.maximum(high - low, 1).astype(np.int64)
-    parent = np.repeat(np.arange(len(starts)), count)
+def _cut(u0, u1, cells):
+    """Cut spans from u0 to u1 (n,) at the integers: per piece its parent, its cell (below `cells`), and the shares of
+    the parent at which it begins and ends."""
+    low = np.floor(np.minimum(u0, u1))
+    count = np.maximum(np.ceil(np.maximum(u0, u1)) - low, 1).astype(np.int64)
+    parent = np.repeat(np.arange(len(u0)), count)
     rank = np.arange(len(parent)) - np.repeat(np.cumsum(count) - count, count)
-    a, b = starts[parent], ends[parent]
-    span = b[:, axis] - a[:, axis]
-    up = span >= 0
-    first = np.where(up, low[parent] + rank, low[parent] + count[parent] - rank)  # the line that a piece starts at
-    safe = np.where(span == 0, 1.0, span)
-    s0 = np.where(rank == 0, 0.0, (first - a[:, axis]) / safe)
-    s1 = np.where(rank == count[parent] - 1, 1.0, (first + np.where(up, 1, -1) - a[:, axis]) / safe)
-    delta = b - a
-    return parent, a + s0[:, None] * delta, np.where((s1 == 1.0)[:, None], b, a + s1[:, None] * delta)
+    span = u1 - u0
+    down = span < 0  # pieces run with the span: from its lowest line up, or from its highest down
+    rate = 1 / np.where(span == 0, 1.0, span)
+    line = low + np.where(down, count, 0)
+    first, advance = ((line - u0) * rate)[parent], np.abs(rate)[parent]
+    begin = np.where(rank == 0, 0.0, first + rank * advance)
+    end = np.where(rank == (count - 1)[parent], 1.0, first + (rank + 1) * advance)
+    cell = line[parent] + np.where(down[parent], -1 - rank, rank)
+    return parent, np.minimum(cell, cells - 1).astype(np.int64), begin, end
 
 
-def _deposit(starts, ends, weights, deposits):
+def _deposit(starts, ends, weights, shape, deposits):
     """Add the deposits of one block of edges."""
-    height, width = deposits.shape
-    slanted = starts[:, 1] != ends[:, 1]  # level edges bound no area to their right
-    row, a, b = _cut(starts[slanted], ends[slanted], axis=1)
-    piece, a, b = _cut(a, b, axis=0)
-    middle = (a + b) / 2
-    i = np.clip(np.floor(middle[:, 0]), 0, width - 2).astype(np.int64)
-    j = np.clip(np.floor(middle[:, 1]), 0, height - 1).astype(np.int64)
+    height, width = shape
+    (x0, y0), (x1, y1) = starts, ends
+    slanted = np.flatnonzero(y0 != y1)  # level edges bound no area to their right
+    x0, y0, x1, y1 = x0[slanted], y0[slanted], x1[slanted], y1[slanted]
+    edge, row, begin, end = _cut(y0, y1, height)
     # Counter-clockwise, what is covered lies left of an upward edge, hence the sign.
-    w = -weights[slanted][row[piece]] * (b[:, 1] - a[:, 1])
-    f = middle[:, 0] - i
-    cell = j * width + i
-    flat = deposits.reshape(-1)
-    flat += np.bincount(cell, w * (1 - f), minlength=flat.size)
-    flat += np.bincount(cell + 1, w * f, minlength=flat.size)
+    rise = (-weights[slanted] * (y1 - y0))[edge] * (end - begin)
+    xa, dx = x0[edge], (x1 - x0)[edge]
+    xb, xa = xa + dx * end, xa + dx * begin
+    piece, column, begin, end = _cut(xa, xb, width)
+    rise = rise[piece] * (end - begin)
+    f = xa[piece] + (xb - xa)[piece] * ((begin + end) / 2) - column
+    cell = row[piece] * (width + 2) + column
+    deposits += np.bincount(cell, rise * (1 - f), minlength=len(deposits))
+    deposits += np.bincount(cell + 1, rise * f, minlength=len(deposits))

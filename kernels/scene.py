@@ -120,12 +120,14 @@ class Scene:
 @dataclass(frozen=True)
 class Settings:
     """method: a key of `methods.METHODS`, or "auto"; tolerance: relative mean squared error that is good enough;
-    resolution: texels along each side of a lightmap; padding: texels that a chart is grown by; seed of the strata."""
+    resolution: texels along each side of a lightmap; padding: texels that a chart is grown by; points: photons as
+    points in place of beams, with the seed of their strata, as an independent check."""
 
     method: str = "auto"
     tolerance: float = 0.01
     resolution: int = 512
     padding: int = 4
+    points: bool = False
     seed: int = 0
 
 

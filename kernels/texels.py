@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .charts import charts
 from .coverage import edge_coverage
 from .uv_raster import barycentrics, cross2, owners
 
@@ -28,10 +29,10 @@ class Texels:
     """The K texels that a receiver owns in an image of resolution^2; a flat index is row * resolution + column.
 
     texel (K,) flat index; positions (K,3) [m] and unit normals (K,3) of the receiver there; triangle (K,) of the
-    receiver; area (K,) [m^2] that the texel stands for; home (resolution^2,) flat index -> 0..K-1, -1 off the charts,
-    set for one ring of texels round them too, since landing points on a border round either way; whole
-    (resolution^2,) bool, the receiver covers all of it; pad_texel (Q,) flat index, pad_source (Q,) in 0..K-1, of texels
-    that joined another and of padding.
+    receiver; chart (T,) that each of the receiver's triangles is in; area (K,) [m^2] that the texel stands for; home
+    (resolution^2,) flat index -> 0..K-1, -1 off the charts, set for one ring of texels round them too, since landing
+    points on a border round either way; whole (resolution^2,) bool, the receiver covers all of it; pad_texel (Q,) flat
+    index, pad_source (Q,) in 0..K-1, of texels that joined another and of padding.
     """
 
     resolution: int
@@ -39,11 +40,18 @@ class Texels:
     positions: np.ndarray
     normals: np.ndarray
     triangle: np.ndarray
+    chart: np.ndarray
     area: np.ndarray
     home: np.ndarray
     whole: np.ndarray
     pad_texel: np.ndarray
     pad_source: np.ndarray
+
+    def gather(self, flux):
+        """What the texels own (K,) of flux (resolution^2,) over the image, and how much lies off the charts."""
+        on_chart = self.home >= 0
+        owned = np.bincount(self.home[on_chart], flux[on_chart], minlength=len(self.texel))
+        return owned, float(flux[~on_chart].sum())
 
     def image(self, values):
         """Values (K, ...) as a padded image (resolution, resolution, ...), zero where no chart is."""
@@ -88,6 +96,7 @@ def rasterise(receiver, resolution, padding=4):
         positions=positions[texel],
         normals=normals[owner[texel]],
         triangle=owner[texel],
+        chart=charts(receiver.triangles, receiver.uvs),
         area=area,
         home=home,
         whole=covered > 1 - 1e-6,
@@ -120,8 +129,8 @@ def _triangle_normals(receiver):
 def _areas(corners, flat, world, usable, resolution):
     """Share of each texel that charts cover, and world area [m^2] in each: (resolution^2,) both."""
     turn = np.sign(flat[usable])
-    start = corners[usable].reshape(-1, 2)
-    end = corners[usable][:, [1, 2, 0]].reshape(-1, 2)
+    start = corners[usable].reshape(-1, 2).T
+    end = corners[usable][:, [1, 2, 0]].reshape(-1, 2).T
     density = world[usable] / np.abs(flat[usable])
     shape = (resolution, resolution)
     covered = edge_coverage(start, end, np.repeat(turn, 3), shape)

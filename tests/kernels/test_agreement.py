@@ -21,7 +21,7 @@ def test_walk_and_photons_agree_texel_by_texel():
     assert walk.diagnostics.texels == {"lit": (side * SUB) ** 2}
     walked = walk.images[0][..., 0].reshape(side, SUB, side, SUB).mean((1, 3))
     photons = [
-        solve(scene, coarse, Settings(method="photon_splat", tolerance=1e-3, seed=seed)).images[0][..., 0]
+        solve(scene, coarse, Settings(method="photon_splat", tolerance=1e-3, points=True, seed=seed)).images[0][..., 0]
         for seed in range(REPLICAS)
     ]
     mean, error = np.mean(photons, axis=0), np.std(photons, axis=0, ddof=1) / np.sqrt(REPLICAS)

@@ -8,7 +8,7 @@ from dapple.kernels.coverage import edge_coverage
 
 def polygon(points, weight=1.0):
     points = np.asarray(points, float)
-    return points, np.roll(points, -1, axis=0), np.full(len(points), weight)
+    return points.T, np.roll(points, -1, axis=0).T, np.full(len(points), weight)
 
 
 def test_rectangle_covers_its_overlap_with_every_cell():
@@ -58,7 +58,7 @@ def test_two_triangles_of_a_square_leave_no_crack():
 
 
 def test_nothing_covers_nothing_and_edges_outside_are_an_error():
-    empty = np.zeros((0, 2))
+    empty = np.zeros((2, 0))
     assert edge_coverage(empty, empty, np.zeros(0), (3, 3)).sum() == 0
     with pytest.raises(ValueError, match="starts must lie in"):
         edge_coverage(*polygon([[-1, 0], [1, 0], [1, 1]]), (2, 2))

@@ -1,0 +1,51 @@
+"""Beams that straddle a border - of a chart, an object or a shadow: cut where their rays change sides.
+
+Of the three corners one lands on one side and two on the other. The border is found on the two edges between them by
+bisection with rays, and taken as straight in between; the lone corner's piece is a triangle, the rest a quadrilateral.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+_STEPS = 8  # bisections: the border is found to 1 / 2^8 of an edge
+
+# Per lone corner: the six nodes (corners 0-2, middles 3-5 of the edges from them) in the order that puts it first.
+_TURNS = np.array([[0, 1, 2, 3, 4, 5], [1, 2, 0, 4, 5, 3], [2, 0, 1, 5, 3, 4]])
+
+
+def straddlers(plane):
+    """Which (n,) triangles one straight border can cut, by the sides plane (n,6) of their nodes, and the order (n,6) of
+    their nodes that puts the lone corner first."""
+    a, b, c = plane[:, 0], plane[:, 1], plane[:, 2]
+    lone = np.where(b == c, 0, np.where(a == c, 1, 2))
+    order = _TURNS[lone]
+    side = np.take_along_axis(plane, order, axis=1)
+    one, other = side[:, 0], side[:, 1]
+    two = (one != other) & (side[:, 2] == other) & (side[:, 4] == other)
+    two &= ((side[:, 3] == one) | (side[:, 3] == other)) & ((side[:, 5] == one) | (side[:, 5] == other))
+    return two, order
+
+
+def cut(lander, nodes, six, shade):
+    """Where the border crosses both edges from the lone corner, six[:, 0], of triangles six (n,6), see `straddlers`.
+
+    Returns, for the edges to the second and third corner, the share (n,) of the edge on the lone corner's side, and the
+    Nodes just before and just behind the border; and (n,) whether only the two sides were met.
+    """
+    sound = np.ones(len(six), bool)
+    crossings = []
+    for corner in (1, 2):
+        near, far = nodes.take(six[:, 0]), nodes.take(six[:, corner])
+        one, other = near.plane, far.plane
+        low, high = np.zeros(len(six)), np.ones(len(six))
+        m0, dm, n0, dn = near.m, far.m - near.m, near.n, far.n - near.n
+        for _ in range(_STEPS):
+            middle = (low + high) / 2
+            found = lander.land(m0 + middle * dm, n0 + middle * dn, shade)
+            before = found.plane == one
+            sound &= before | (found.plane == other)
+            low, high = np.where(before, middle, low), np.where(before, high, middle)
+            near, far = near.where(before, found), far.where(~before, found)
+        crossings.append(((low + high) / 2, near, far))
+    return crossings, sound

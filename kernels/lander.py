@@ -1,0 +1,113 @@
+"""Where refracted rays land: which receiver they meet first, and at which texel coordinates.
+
+A ray is cast in float32; where it lands is computed in float64, through each receiver triangle's affine map from the
+world to texel coordinates.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .photons import bend
+from .rays import MISS
+
+MISSED, OCCLUDED, SHADOWED = -1, -2, -3
+LOST = {MISSED: "missed", OCCLUDED: "occluded", SHADOWED: "shadowed"}
+_SPREAD = 16.0  # area on the receiver per area of the beam, at most: light along a wall has no limit
+
+
+@dataclass
+class Nodes:
+    """Points of the water and where their rays land: m, n (3,k) position and normal, interpolated, not unit; plane
+    (k,) the chart, or MISSED, OCCLUDED, SHADOWED; x, y (k,) texel coordinates; spread (k,) area on the
+    receiver per area of the beam; passed (k,) transmittance."""
+
+    m: np.ndarray
+    n: np.ndarray
+    plane: np.ndarray
+    x: np.ndarray
+    y: np.ndarray
+    spread: np.ndarray
+    passed: np.ndarray
+
+    def take(self, index):
+        return Nodes(*(np.take(a, index, axis=-1) for a in vars(self).values()))
+
+    def where(self, chosen, other):
+        """These, but `other` where chosen (k,)."""
+        pairs = zip(vars(self).values(), vars(other).values(), strict=True)
+        return Nodes(*(np.where(chosen, theirs, ours) for ours, theirs in pairs))
+
+    def join(self, other):
+        pairs = zip(vars(self).values(), vars(other).values(), strict=True)
+        return Nodes(*(np.concatenate(pair, axis=-1) for pair in pairs))
+
+
+class Lander:
+    """Refracts rays at points of the water and finds where they land.
+
+    receivers of a Scene and their Texels; tracer: a Tracer over the receivers, in their order, and all that occludes;
+    sun (3,): unit direction to the sun. Charts are numbered through all receivers; image (charts,) is the receiver that
+    each belongs to.
+    """
+
+    def __init__(self, receivers, texels, tracer, sun, eta):
+        maps = [texel_maps(r, t.resolution) for r, t in zip(receivers, texels, strict=True)]
+        self._maps = np.ascontiguousarray(np.concatenate([np.zeros((0, 3, 4)), *maps]).reshape(-1, 12).T)
+        counts = [t.chart.max(initial=-1) + 1 for t in texels]
+        bases = np.cumsum([0, *counts])
+        self._planes = np.concatenate([np.zeros(0, np.int64), *(t.chart + b for t, b in zip(texels, bases))])
+        self.image = np.repeat(np.arange(len(texels)), counts)
+        self._tracer, self._sun, self._eta = tracer, sun, eta
+
+    def land(self, m, n, shadowed):
+        """Nodes of points m (3,k) with normals n (3,k), in the world; shadowed (k,) bool: look for a shadow there."""
+        g, passed = bend(self._sun @ n, (n * n).sum(0), self._eta)
+        direction = n * g - (self._sun / self._eta)[:, None]
+        hit = self._tracer.first(m.T, direction.T)
+        on_receiver = (hit != MISS) & (hit < len(self._planes))
+        plane = np.where(hit == MISS, MISSED, OCCLUDED)
+        triangle = np.where(on_receiver, hit, 0)
+        if len(self._planes):
+            plane = np.where(on_receiver, np.take(self._planes, triangle), plane)
+            fall = self._along(0, triangle, direction, 0)
+            point = m - self._along(0, triangle, m, 1) / fall * direction
+            spread = np.where(on_receiver, 1 / np.maximum(np.abs(fall), 1 / _SPREAD), 1.0)
+            x, y = self._along(1, triangle, point, 1), self._along(2, triangle, point, 1)
+        else:
+            x = y = np.zeros(len(plane))
+            spread = np.ones(len(plane))
+        looked = np.flatnonzero(shadowed)
+        towards = np.broadcast_to(self._sun, (len(looked), 3))
+        plane[looked[self._tracer.blocked(m[:, looked].T, towards)]] = SHADOWED
+        return Nodes(m, n, plane, x, y, spread, passed)
+
+    def _along(self, row, triangle, vectors, homogeneous):
+        maps = self._maps[4 * row : 4 * row + 4]
+        value = np.take(maps[0], triangle) * vectors[0]
+        value += np.take(maps[1], triangle) * vectors[1]
+        value += np.take(maps[2], triangle) * vectors[2]
+        return value + np.take(maps[3], triangle) if homogeneous else value
+
+
+def texel_maps(receiver, resolution):
+    """Affine maps (T, 3, 4) of a receiver's triangles: rows give the height above its plane [m] and the texel
+    coordinates x, y of a world point (p, 1). Triangles without area get a height that no ray meets."""
+    v = receiver.positions[receiver.triangles]
+    e1, e2 = v[:, 1] - v[:, 0], v[:, 2] - v[:, 0]
+    normal = np.cross(e1, e2)
+    squared = (normal**2).sum(1)
+    sound = squared > 0
+    inverse = np.where(sound, 1 / np.where(sound, squared, 1), 0)[:, None]
+    dual1, dual2 = np.cross(e2, normal) * inverse, np.cross(normal, e1) * inverse
+    uv = receiver.uvs * resolution
+    u1, u2 = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
+    rows = np.empty((len(v), 3, 4))
+    rows[:, 0, :3] = normal * np.sqrt(inverse)
+    for k in range(2):
+        rows[:, 1 + k, :3] = u1[:, k : k + 1] * dual1 + u2[:, k : k + 1] * dual2
+    rows[:, :, 3] = -(rows[:, :, :3] * v[:, 0, None]).sum(2)
+    rows[:, 1:, 3] += uv[:, 0]
+    return rows
