@@ -7,7 +7,7 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, Po
 BLEND_RELATIVE = {"PATH_SUPPORTS_BLEND_RELATIVE"} if bpy.app.version >= (4, 5) else set()
 
 METHODS = (
-    ("auto", "Automatic", "Take the cheapest method that meets the tolerance, and say which and why in bake.json"),
+    ("auto", "Automatic", "Take the method that is right for most water; bake.json says which and why"),
     (
         "photon_splat",
         "Light Sheet",
@@ -17,8 +17,8 @@ METHODS = (
     (
         "conic_walk",
         "Path Search",
-        "Start at the texels and search for every way that light takes to them. "
-        "Slower; for extreme close-ups and to check the other method",
+        "Start at the texels and walk to the first way that light takes to each. Exact at points, but one way only: "
+        "for calm water, and to check the other method",
     ),
 )
 

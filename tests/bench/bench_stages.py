@@ -76,7 +76,7 @@ def extraction(quads):
 
 
 def stages(resolution, quads):
-    """Seconds of texels, photons on the plane, the walk and writing, with both diagnostics, on a floor under water."""
+    """Seconds on a floor under water, of texels, beams, points, the walk and writing, and what the solvers say."""
     from waves import pool
 
     from dapple.kernels.methods import solve
@@ -86,15 +86,17 @@ def stages(resolution, quads):
 
     scene = pool(quads=quads)
     raster, own = median(lambda: rasterise(scene.receivers[0], resolution), 1)
-    photons, splat = median(lambda: solve(scene, [own], Settings("photon_splat")))
+    beams, splat = median(lambda: solve(scene, [own], Settings("photon_splat")))
+    points, scatter = median(lambda: solve(scene, [own], Settings("photon_splat", points=True)), 3)
     walk, by_walk = median(lambda: solve(scene, [own], Settings("conic_walk")), 3)
     with tempfile.TemporaryDirectory() as folder:
         write, _ = median(lambda: write_exr(Path(folder) / "map.exr", splat.images[0]), 3)
-    return raster, photons, splat.diagnostics, walk, by_walk.diagnostics, write
+    return raster, beams, splat.diagnostics, points, scatter.diagnostics, walk, by_walk.diagnostics, write
 
 
 def sample_pool():
-    """Median seconds per stage, and photons, of frame 2 of sample_blends/pool.blend: three receivers, ring, coping."""
+    """Median seconds per stage, and the estimated error, of frame 2 of sample_blends/pool.blend: three receivers, a
+    ring, a coping."""
     import bpy
 
     import dapple
@@ -110,7 +112,7 @@ def sample_pool():
             entry = json.loads((Path(folder) / "bake.json").read_text())["frames"]["2"]
         runs.append(entry["seconds"])
     stage = {name: statistics.median(run[name] for run in runs) for name in runs[0]}
-    return stage, entry["paths"]["photons"], entry["estimated_error"]
+    return stage, entry["estimated_error"]
 
 
 def rates():
@@ -119,6 +121,7 @@ def rates():
     from waves import pool
 
     from dapple.kernels.conic import Surface
+    from dapple.kernels.lander import Lander
     from dapple.kernels.landing import Plane, Rays
     from dapple.kernels.lit_water import light_water
     from dapple.kernels.photons import batches
@@ -131,7 +134,8 @@ def rates():
     lit = light_water(scene.water, scene.suns[0])
     plane = Plane.of(scene, [own], lit)
     unshadowed = np.zeros(len(scene.water.triangles), bool)
-    rays = Rays(scene, [own], lit, unshadowed, Tracer(*soup(scene.receivers)))
+    lander = Lander(scene.receivers, [own], Tracer(*soup(scene.receivers)), lit.frame[2], scene.eta)
+    rays = Rays(lander, 1, own.resolution, lit, unshadowed)
 
     def throw(landing, photons):
         used = 0
@@ -214,22 +218,22 @@ def main():
     table.head("water", "extract, first frame [s]", "extract, later frames [s]")
     for name, quads in QUADS.items():
         table.add(name, *(f"{seconds:.3f}" for seconds in extraction(quads)))
-    stage, photons, error = sample_pool()
+    stage, error = sample_pool()
     table.head("stage of a frame of pool.blend at 512 x 512", "seconds")
     for name, seconds in stage.items():
         table.add(name.replace("solve.", "of that, "), f"{seconds:.3f}")
-    table.add(f"(photons of the last of two draws, error {error:.4f})", f"{photons / 1e6:.1f} M")
+    table.add("(estimated error)", f"{error:.5f}")
     table.head(
-        "resolution", "water", "texels, once [s]", "photon_splat [s]", "photons", "error", "conic_walk [s]",
-        "steps a texel", "write [s]",
+        "resolution", "water", "texels, once [s]", "beams [s]", "error", "points [s]", "photons", "error",
+        "conic_walk [s]", "steps a texel", "write [s]",
     )  # fmt: skip
     for resolution in RESOLUTIONS:
         for name, quads in QUADS.items():
-            raster, photons, splat, walk, by_walk, write = stages(resolution, quads)
+            raster, beams, splat, points, scatter, walk, by_walk, write = stages(resolution, quads)
             table.add(
-                resolution, name, f"{raster:.2f}", f"{photons:.2f}", f"{splat.paths['photons'] / 1e6:.1f} M",
-                f"{splat.estimated_error:.4f}", f"{walk:.2f}",
-                f"{by_walk.paths['triangle_steps'] / resolution**2:.1f}", f"{write:.3f}",
+                resolution, name, f"{raster:.2f}", f"{beams:.2f}", f"{splat.estimated_error:.5f}",
+                f"{points:.2f}", f"{scatter.paths['photons'] / 1e6:.1f} M", f"{scatter.estimated_error:.4f}",
+                f"{walk:.2f}", f"{by_walk.paths['triangle_steps'] / resolution**2:.1f}", f"{write:.3f}",
             )  # fmt: skip
     text = f"Measured on {time.strftime('%Y-%m-%d')} by {COMMAND}: {machine()}.\n"
     (ROOT / "docs" / "speed_tables.md").write_text(text + "\n".join(table.lines) + "\n")
