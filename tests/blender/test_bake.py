@@ -198,3 +198,11 @@ def test_buttons_load_without_embreex(root):
     code = "import sys, dapple.operators.ops_bake; sys.exit('embreex' in sys.modules)"
     hook = "import runpy, sys; runpy.run_path(sys.argv[1] + '/tests/conftest.py'); "
     assert subprocess.run([sys.executable, "-c", hook + code, str(root)], check=False).returncode == 0
+
+
+def test_water_that_lights_nothing_is_said(empty_scene, out):
+    build_pool(empty_scene, out)
+    bpy.data.objects["Water"].location.x = 10.0
+    *_, last = run(empty_scene, frames=(1,))
+    assert any("No refracted light reaches a receiver" in warning for warning in last.warnings)
+    assert any("No refracted light" in warning for warning in record(out)["frames"]["1"]["warnings"])
