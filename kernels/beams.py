@@ -15,7 +15,9 @@ from .border import cut, straddlers
 from .conic import AFTER
 from .lander import LOST, SHADOWED
 
-_SIGHT = 6.0  # texels: larger parts are split even where all six rays agree, lest something lies between them
+# texels: larger parts are split even where all six rays agree, lest something lies between them; more so where they hit
+# nothing, since a surface along the light is thin
+_SIGHT, _SIGHT_LOST = 6.0, 3.0
 _CUT = 1.0  # texels: parts smaller than this that straddle one border are cut there
 _POINT = 0.25  # texels: parts smaller than this that straddle more land point by point
 _DEPTH = 14  # splits at most
@@ -96,18 +98,19 @@ class _Work:
         same = (plane == plane[:, :1]).all(1)
         bent = np.maximum(_bend(nodes.x[six]), _bend(nodes.y[six]))
         size = np.sqrt(2 * area / self.texel_area)  # texels across the light
-        whole = same & ((plane[:, 0] < 0) | (bent <= self.tolerance)) & (size < _SIGHT)
+        lost = plane[:, 0] < 0
+        whole = same & np.where(lost, size < _SIGHT_LOST, (bent <= self.tolerance) & (size < _SIGHT))
         cut, order = straddlers(plane)
         at = np.flatnonzero(cut & ~same & (size < _CUT))
         done = self._cut(nodes, np.take_along_axis(six[at], order[at], axis=1), area[at], shade[at])
         whole[at[done]] = True
         small = ~whole & (last | (size * nodes.spread[six].max(1) < _POINT))
-        once = same & whole & (plane[:, 0] >= 0)
+        once = same & whole & ~lost
         fine = once & (bent > self.tolerance / _FINE)
         for k, share, take in ((_WHOLE, 1, once & ~fine), *((part, 4, fine) for part in _PARTS)):
             take = np.flatnonzero(take)
             self._spread(nodes.take(six[take[:, None], k].T.ravel()), area[take] / share)
-        at = np.flatnonzero(small | (same & whole & (plane[:, 0] < 0)))
+        at = np.flatnonzero(small | (same & whole & lost))
         self._points(nodes.take(six[at].ravel()), np.repeat(area[at] / 6, 6))
         return np.flatnonzero(~(whole | small))
 

@@ -18,4 +18,18 @@ def solve(scene, texels, settings):
     method = AUTO if settings.method == "auto" else settings.method
     if method not in METHODS:
         raise ValueError(f"method must be auto or one of {', '.join(METHODS)}, got {settings.method!r}")
-    return METHODS[method](scene, texels, replace(settings, method=method))
+    return METHODS[method](*_near_origin(scene, texels), replace(settings, method=method))
+
+
+def _near_origin(scene, texels):
+    """The same scene and Texels with the water's middle at the origin: far away, few digits are left for the waves."""
+    if not len(scene.water.positions):
+        return scene, texels
+    middle = (scene.water.positions.min(0) + scene.water.positions.max(0)) / 2
+
+    def moved(thing):
+        return replace(thing, positions=thing.positions - middle)
+
+    receivers, occluders = (tuple(map(moved, group)) for group in (scene.receivers, scene.occluders))
+    scene = replace(scene, water=moved(scene.water), receivers=receivers, occluders=occluders)
+    return scene, tuple(map(moved, texels))

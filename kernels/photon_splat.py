@@ -33,7 +33,7 @@ _ERROR_PER_BEND = 1e-3
 _BENDS = 0.02, 0.25  # texels
 _REASONS = {False: "beams find every path, without noise, whatever the receiver", True: "points find every path"}
 _LEFT_OUT = [
-    "part of the shadows of objects that are less than about six texels wide",
+    "what lies between the rays: objects less than about six texels wide as the light sees them count in part",
     "the sun's disc: light comes from its centre",
     "light that meets the water twice, is reflected by it or is absorbed in it",
 ]

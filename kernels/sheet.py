@@ -7,6 +7,7 @@ import numpy as np
 from .coverage import edge_coverage
 from .uv_raster import cross2
 
+_ROUNDING = 1e-13  # of all flux
 _THIN = 1e-9  # texels^2: images without area land point by point
 
 
@@ -48,4 +49,6 @@ class Sheet:
             return self._flux
         shape = (self.images * self.resolution, self.resolution)
         edges = (np.concatenate(v, axis=-1) for v in (self._starts, self._ends, self._weights))
-        return self._flux + edge_coverage(*edges, shape).ravel()
+        flux = self._flux + edge_coverage(*edges, shape).ravel()
+        flux[np.abs(flux) < _ROUNDING * flux.sum()] = 0  # what sums along a row leave in texels that nothing covers
+        return flux

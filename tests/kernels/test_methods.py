@@ -1,5 +1,6 @@
 """The choice of method."""
 
+import numpy as np
 import pytest
 from waves import floor, pool, sun, water
 
@@ -18,6 +19,19 @@ def test_unknown_method_names_the_known():
     with pytest.raises(ValueError, match="conic_walk") as caught:
         solve(pool(quads=2), [], Settings(method="newton"))
     assert all(name in str(caught.value) for name in METHODS)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_far_from_the_origin_is_as_near(method):
+    near = pool(quads=24)
+    w, f = near.water, near.receivers[0]
+    away = np.array([1e5, -2e5, 3e4])
+    far_water = Water("W", w.positions + away, w.triangles, w.normals, w.triangles, w.twins)
+    far = Scene(far_water, (Receiver("Floor", f.positions + away, f.triangles, f.uvs),), (), near.suns)
+    here, there = (solve(scene, [rasterise(scene.receivers[0], 32)], Settings(method=method)) for scene in (near, far))
+    assert there.diagnostics.texels == here.diagnostics.texels == {"lit": 32 * 32}
+    received = [d.flux_received["Floor"][0] for d in (here.diagnostics, there.diagnostics)]
+    assert received[1] == pytest.approx(received[0], rel=1e-4)
 
 
 def test_arrays_that_do_not_fit_are_named():

@@ -249,3 +249,13 @@ def test_facets_bend_light_as_planes():
 def test_a_static_scene_gives_the_same_bits():
     scene = pool(quads=24)
     np.testing.assert_array_equal(bake(scene, 32).images[0], bake(scene, 32).images[0])
+
+
+def test_dark_texels_are_dark_and_none_is_negative():
+    """A raft hides a part of the floor: what rounding leaves there is no light."""
+    raft = floor(side=2.0, z=0.1)
+    scene = pool(quads=48, occluders=[Occluder("Raft", raft.positions, raft.triangles)])
+    answer = bake(scene)
+    image, status = answer.images[0], answer.status[0]
+    assert (image >= 0).all()
+    assert (image[status == Status.DARK] == 0).all() and (status == Status.DARK).sum() > 0.8 * 64**2 / 4
