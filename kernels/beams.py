@@ -4,7 +4,8 @@ Rays through a triangle's corners and the middles of its edges land on the recei
 and the image is affine to within a fraction of a texel, the beam's flux is spread evenly over the image in UV space and
 deposited by exact area coverage (`coverage.py`): folds, flips and overlaps need no special case, there is no noise, and
 the flux is kept. Elsewhere - on the border of a chart, of an object or of a shadow, or where the map bends - the
-triangle is split in four, and the parts of a texel's size that still straddle a border land point by point.
+triangle is split in four. A part of a texel's size that straddles a border is cut there (`border.py`); the few that
+straddle more than one land point by point.
 """
 
 from __future__ import annotations

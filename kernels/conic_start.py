@@ -20,9 +20,8 @@ _UPRIGHT = 1e-14  # |N_perp|^2 / |N|^2 under which M0 itself is the path
 
 @dataclass
 class Start:
-    """First arcs (n,) from M0: triangle, weights (n,3) of M0; upright (n,) bool, M0 is the
-    root; closed (n,) bool, the conic does not leave the triangle; forward and backward exits as edge (n,) and share s
-    (n,); p (3,n)."""
+    """First arcs (n,) from M0: triangle, weights (n,3) of M0; upright (n,) bool, M0 is the root; closed (n,) bool, the
+    conic does not leave the triangle; forward and backward exits as edge (n,) and share s (n,); p (3,n)."""
 
     triangle: np.ndarray
     weights: np.ndarray

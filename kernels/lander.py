@@ -70,15 +70,16 @@ class Lander:
         on_receiver = (hit != MISS) & (hit < len(self._planes))
         plane = np.where(hit == MISS, MISSED, OCCLUDED)
         triangle = np.where(on_receiver, hit, 0)
+        x = y = np.zeros(len(plane))
+        spread = np.ones(len(plane))
         if len(self._planes):
+            with np.errstate(divide="ignore", invalid="ignore"):  # a surface exactly along the ray, or none
+                fall = self._along(0, triangle, direction, 0)
+                point = m - self._along(0, triangle, m, 1) / fall * direction
+                x, y = self._along(1, triangle, point, 1), self._along(2, triangle, point, 1)
+            on_receiver &= np.isfinite(x) & np.isfinite(y)
             plane = np.where(on_receiver, np.take(self._planes, triangle), plane)
-            fall = self._along(0, triangle, direction, 0)
-            point = m - self._along(0, triangle, m, 1) / fall * direction
             spread = np.where(on_receiver, 1 / np.maximum(np.abs(fall), 1 / _SPREAD), 1.0)
-            x, y = self._along(1, triangle, point, 1), self._along(2, triangle, point, 1)
-        else:
-            x = y = np.zeros(len(plane))
-            spread = np.ones(len(plane))
         looked = np.flatnonzero(shadowed)
         towards = np.broadcast_to(self._sun, (len(looked), 3))
         plane[looked[self._tracer.blocked(m[:, looked].T, towards)]] = SHADOWED

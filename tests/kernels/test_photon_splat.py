@@ -259,3 +259,15 @@ def test_dark_texels_are_dark_and_none_is_negative():
     image, status = answer.images[0], answer.status[0]
     assert (image >= 0).all()
     assert (image[status == Status.DARK] == 0).all() and (status == Status.DARK).sum() > 0.8 * 64**2 / 4
+
+
+@either
+def test_a_wall_exactly_along_still_light_takes_none(points):
+    """Overhead sun, still water, an upright wall: rays slide along its face, which is no error and no light."""
+    wall = quad("Wall", [[-1, 0, 0], [1, 0, 0], [1, 0, 1.4], [-1, 0, 1.4]])
+    scene = pool(flat, quads=8, direction=(0, 0, -1), receivers=[floor(), wall])
+    with np.errstate(all="raise"):
+        answer = bake(scene, 32, 1e-2, points=points)
+    assert all(np.isfinite(image).all() for image in answer.images)
+    assert answer.diagnostics.flux_received["Wall"][0] < 1e-2 * answer.diagnostics.flux_received["Floor"][0]
+    np.testing.assert_allclose(*books(answer.diagnostics), rtol=1e-9)
