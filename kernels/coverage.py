@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-_BLOCK = 1 << 17  # edges at once: bounds the memory
+_BLOCK = 1 << 15  # edges at once: bounds the memory
 
 
 def edge_coverage(starts, ends, weights, shape):
