@@ -95,13 +95,13 @@ class _Work:
     def settle(self, nodes, corner, middle, area, shade, last):
         """Deposit the triangles that are ready; returns the indices of those to split."""
         six = np.concatenate([corner, middle], 1)
-        plane = nodes.plane[six]
-        same = (plane == plane[:, :1]).all(1)
+        chart = nodes.chart[six]
+        same = (chart == chart[:, :1]).all(1)
         bent = np.maximum(_bend(nodes.x[six]), _bend(nodes.y[six]))
         size = np.sqrt(2 * area / self.texel_area)  # texels across the light
-        lost = plane[:, 0] < 0
+        lost = chart[:, 0] < 0
         whole = same & np.where(lost, size < _SIGHT_LOST, (bent <= self.tolerance) & (size < _SIGHT))
-        cut, order = straddlers(plane)
+        cut, order = straddlers(chart)
         at = np.flatnonzero(cut & ~same & (size < _CUT))
         done = self._cut(nodes, np.take_along_axis(six[at], order[at], axis=1), area[at], shade[at])
         whole[at[done]] = True
@@ -118,24 +118,24 @@ class _Work:
     def _spread(self, corners, area):
         """Spread beams of area (n,) over the triangles of Nodes corners (3n,): first, second, third corners."""
         x, y = corners.x.reshape(3, -1).T, corners.y.reshape(3, -1).T
-        plane, passed = corners.plane[: len(area)], corners.passed.reshape(3, -1).mean(0)
-        landed = plane >= 0
-        self.sheet.add_triangles(plane[landed], x[landed], y[landed], (area * passed)[landed])
-        self._book(plane, area, passed)
+        chart, passed = corners.chart[: len(area)], corners.passed.reshape(3, -1).mean(0)
+        landed = chart >= 0
+        self.sheet.add_triangles(chart[landed], x[landed], y[landed], (area * passed)[landed])
+        self._book(chart, area, passed)
 
     def _points(self, nodes, area):
         """Land beams of area (n,) as points."""
-        landed = nodes.plane >= 0
+        landed = nodes.chart >= 0
         flux = area * nodes.passed
-        self.sheet.add_points(nodes.plane[landed], nodes.x[landed], nodes.y[landed], flux[landed])
-        self._book(nodes.plane, area, nodes.passed)
+        self.sheet.add_points(nodes.chart[landed], nodes.x[landed], nodes.y[landed], flux[landed])
+        self._book(nodes.chart, area, nodes.passed)
 
-    def _book(self, plane, area, passed):
+    def _book(self, chart, area, passed):
         """Book what is reflected of beams of area (n,), and what of them lands on no chart."""
         for code, cause in LOST.items():
-            of_it = plane == code
+            of_it = chart == code
             self.lost[cause] += (area[of_it] * (1.0 if code == SHADOWED else passed[of_it])).sum()
-        self.lost["reflected"] += (area * (1 - passed))[plane != SHADOWED].sum()
+        self.lost["reflected"] += (area * (1 - passed))[chart != SHADOWED].sum()
 
     def _cut(self, nodes, six, area, shade):
         """Cut triangles six (n,6), lone corner first, at their border; returns whether (n,) that could be done."""

@@ -14,13 +14,13 @@ _STEPS = 8  # bisections: the border is found to 1 / 2^8 of an edge
 _TURNS = np.array([[0, 1, 2, 3, 4, 5], [1, 2, 0, 4, 5, 3], [2, 0, 1, 5, 3, 4]])
 
 
-def straddlers(plane):
-    """Which (n,) triangles one straight border can cut, by the sides plane (n,6) of their nodes, and the order (n,6) of
+def straddlers(chart):
+    """Which (n,) triangles one straight border can cut, by the sides chart (n,6) of their nodes, and the order (n,6) of
     their nodes that puts the lone corner first."""
-    a, b, c = plane[:, 0], plane[:, 1], plane[:, 2]
+    a, b, c = chart[:, 0], chart[:, 1], chart[:, 2]
     lone = np.where(b == c, 0, np.where(a == c, 1, 2))
     order = _TURNS[lone]
-    side = np.take_along_axis(plane, order, axis=1)
+    side = np.take_along_axis(chart, order, axis=1)
     one, other = side[:, 0], side[:, 1]
     two = (one != other) & (side[:, 2] == other) & (side[:, 4] == other)
     two &= ((side[:, 3] == one) | (side[:, 3] == other)) & ((side[:, 5] == one) | (side[:, 5] == other))
@@ -37,14 +37,14 @@ def cut(lander, nodes, six, shade):
     crossings = []
     for corner in (1, 2):
         near, far = nodes.take(six[:, 0]), nodes.take(six[:, corner])
-        one, other = near.plane, far.plane
+        one, other = near.chart, far.chart
         low, high = np.zeros(len(six)), np.ones(len(six))
         m0, dm, n0, dn = near.m, far.m - near.m, near.n, far.n - near.n
         for _ in range(_STEPS):
             middle = (low + high) / 2
             found = lander.land(m0 + middle * dm, n0 + middle * dn, shade)
-            before = found.plane == one
-            sound &= before | (found.plane == other)
+            before = found.chart == one
+            sound &= before | (found.chart == other)
             low, high = np.where(before, middle, low), np.where(before, high, middle)
             near, far = near.where(before, found), far.where(~before, found)
         crossings.append(((low + high) / 2, near, far))

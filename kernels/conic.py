@@ -62,9 +62,18 @@ class Surface:
         nx, ny = np.take(self.n[0], record), np.take(self.n[1], record)
         return nx * (np.take(self.m[1], record) - py) - ny * (np.take(self.m[0], record) - px)
 
+    def g_at_corners(self, triangle, px, py):
+        """g (n,3) at the corners of triangles (n,)."""
+        return np.stack([self.g(record, px, py) for record in self.corner_records(triangle).T], 1)
+
     def corner_records(self, triangle):
         """Records (n,3) of the corners of triangles (n,)."""
         return self.tail.reshape(-1, 3)[triangle]
+
+    def corners(self, triangle):
+        """Positions and normals (3,3,n), as corner, axis, triangle, of the corners of triangles (n,)."""
+        record = self.corner_records(triangle).T
+        return tuple(np.stack([np.take(c, record) for c in table], 1) for table in (self.m, self.n))
 
     def between(self, one, other, s):
         """M (3,n) and N (3,n) at share s of the way from record one to record other."""

@@ -65,18 +65,15 @@ def _plan_weights(surface, triangle, px, py):
 def begin(surface, triangle, p):
     """The Start of walks from receiver points p (3,n) whose straight ray hits `triangle` (n,)."""
     triangle, weights = locate(surface, triangle, p[0], p[1])
-    corner = surface.corner_records(triangle).T
-    corner_m = np.stack([np.take(c, corner) for c in surface.m], 1)
-    corner_n = np.stack([np.take(c, corner) for c in surface.n], 1)
+    corner_m, corner_n = surface.corners(triangle)
     normal = (weights.T[:, None] * corner_n).sum(0)
     lean = normal[0] ** 2 + normal[1] ** 2
     upright = lean <= _UPRIGHT * (lean + normal[2] ** 2)
     coefficients = conic(corner_m, corner_n, p[0], p[1])
     here = weights[:, 1:].T
     along, gradient = tangent(coefficients, *here)
-    x, y = (along[0] * (corner_m[1, i] - corner_m[0, i]) + along[1] * (corner_m[2, i] - corner_m[0, i]) for i in (0, 1))
-    along = along * np.where(x * normal[0] + y * normal[1] < 0, -1.0, 1.0)
-    g = np.stack([surface.g(corner[i], p[0], p[1]) for i in range(3)], 1)
+    along = _leaning(along, corner_m, normal)
+    g = surface.g_at_corners(triangle, p[0], p[1])
     shares = edge_crossings(g, surface.k.reshape(-1, 3)[triangle]).reshape(-1, 6)
     forward, some = follow(coefficients, here, along, gradient, shares, g)
     backward, _ = follow(coefficients, here, -along, gradient, shares, g)
@@ -85,24 +82,26 @@ def begin(surface, triangle, p):
     return Start(triangle, weights, upright, ~some, *ways, p)
 
 
+def _leaning(along, corner_m, normal):
+    """The tangent `along` (2,n), barycentric, turned to the side to which the normal (3,n) leans."""
+    e1, e2 = corner_m[1] - corner_m[0], corner_m[2] - corner_m[0]
+    lean = sum((along[0] * e1[i] + along[1] * e2[i]) * normal[i] for i in (0, 1))
+    return along * np.where(lean < 0, -1.0, 1.0)
+
+
 def closed_curve_root(surface, triangle, weights, p, eta, samples=64):
     """Weights (n,3) of the first root on conics that stay inside their triangle, NaN where there is none.
 
     Every line through M0 meets the ellipse in one more point, so the direction of the line runs through the whole
     curve, once in half a turn, starting and ending at M0.
     """
-    corner = surface.corner_records(triangle).T
-    corner_m = np.stack([np.take(c, corner) for c in surface.m], 1)
-    corner_n = np.stack([np.take(c, corner) for c in surface.n], 1)
+    corner_m, corner_n = surface.corners(triangle)
     coefficients = conic(corner_m, corner_n, p[0], p[1])
     here = weights[:, 1:].T
     along, gradient = tangent(coefficients, *here)
 
     # Leave M0 on the side that the normal leans to, and turn to the side to which the curve bends.
-    normal = (weights.T[:, None] * corner_n).sum(0)
-    e1, e2 = corner_m[1] - corner_m[0], corner_m[2] - corner_m[0]
-    lean = sum((along[0] * e1[i] + along[1] * e2[i]) * normal[i] for i in (0, 1))
-    along = along * np.where(lean < 0, -1.0, 1.0)
+    along = _leaning(along, corner_m, (weights.T[:, None] * corner_n).sum(0))
     A, B, C = coefficients[:3]
     side = -np.sign(A * along[0] ** 2 + B * along[1] ** 2 + C * along[0] * along[1])
 
@@ -116,16 +115,18 @@ def closed_curve_root(surface, triangle, weights, p, eta, samples=64):
     def value(t):
         return objective(*surface.at(triangle, point(t)), p, eta, FORWARD)
 
-    low, high = np.full(len(triangle), np.nan), np.full(len(triangle), np.nan)
-    last = np.ones(len(triangle), bool)
+    return point(_first_sign_change(value, len(triangle), samples))
+
+
+def _first_sign_change(value, count, samples):
+    """Where (count,), in 0..1, value(t) first falls below zero, from `samples` steps and bisection; NaN for nowhere."""
+    low, high = np.full(count, np.nan), np.full(count, np.nan)
     for k in range(1, samples):
-        positive = value(np.full(len(triangle), k / samples)) >= 0
-        found = np.isnan(low) & (positive != last)
+        found = np.isnan(low) & (value(np.full(count, k / samples)) < 0)
         low[found], high[found] = (k - 1) / samples, k / samples
-        last = positive
     with np.errstate(invalid="ignore"):
         for _ in range(50):
             middle = (low + high) / 2
             before = value(middle) >= 0
             low, high = np.where(before, middle, low), np.where(before, high, middle)
-    return point((low + high) / 2)
+    return (low + high) / 2

@@ -42,10 +42,8 @@ def _step_along(surface, entry, s, p):
     """As `step`, for any number of crossings."""
     triangle, edge = np.divmod(entry, 3)
     row = np.arange(len(entry))
-    corner = surface.corner_records(triangle).T
-    corner_m = np.stack([np.take(c, corner) for c in surface.m], 1)
-    corner_n = np.stack([np.take(c, corner) for c in surface.n], 1)
-    g = np.stack([surface.g(c, p[0], p[1]) for c in corner], 1)
+    corner_m, corner_n = surface.corners(triangle)
+    g = surface.g_at_corners(triangle, p[0], p[1])
     shares = edge_crossings(g, surface.k.reshape(-1, 3)[triangle])
     away = np.abs(shares[row, edge] - s[:, None])
     torn = np.isnan(away).all(1)

@@ -20,13 +20,13 @@ _SPREAD = 16.0  # area on the receiver per area of the beam, at most: light alon
 
 @dataclass
 class Nodes:
-    """Points of the water and where their rays land: m, n (3,k) position and normal, interpolated, not unit; plane
-    (k,) the chart, or MISSED, OCCLUDED, SHADOWED; x, y (k,) texel coordinates; spread (k,) area on the
+    """Points of the water and where their rays land: m, n (3,k) position and normal, interpolated, not unit; chart
+    (k,) by number, or MISSED, OCCLUDED, SHADOWED; x, y (k,) texel coordinates; spread (k,) area on the
     receiver per area of the beam; passed (k,) transmittance."""
 
     m: np.ndarray
     n: np.ndarray
-    plane: np.ndarray
+    chart: np.ndarray
     x: np.ndarray
     y: np.ndarray
     spread: np.ndarray
@@ -58,7 +58,7 @@ class Lander:
         self._maps = np.ascontiguousarray(np.concatenate([np.zeros((0, 3, 4)), *maps]).reshape(-1, 12).T)
         counts = [t.chart.max(initial=-1) + 1 for t in texels]
         bases = np.cumsum([0, *counts])
-        self._planes = np.concatenate([np.zeros(0, np.int64), *(t.chart + b for t, b in zip(texels, bases))])
+        self._charts = np.concatenate([np.zeros(0, np.int64), *(t.chart + b for t, b in zip(texels, bases))])
         self.image = np.repeat(np.arange(len(texels)), counts)
         self._tracer, self._sun, self._eta = tracer, sun, eta
 
@@ -67,23 +67,23 @@ class Lander:
         g, passed = bend(self._sun @ n, (n * n).sum(0), self._eta)
         direction = n * g - (self._sun / self._eta)[:, None]
         hit = self._tracer.first(m.T, direction.T)
-        on_receiver = (hit != MISS) & (hit < len(self._planes))
-        plane = np.where(hit == MISS, MISSED, OCCLUDED)
+        on_receiver = (hit != MISS) & (hit < len(self._charts))
+        chart = np.where(hit == MISS, MISSED, OCCLUDED)
         triangle = np.where(on_receiver, hit, 0)
-        x = y = np.zeros(len(plane))
-        spread = np.ones(len(plane))
-        if len(self._planes):
+        x = y = np.zeros(len(chart))
+        spread = np.ones(len(chart))
+        if len(self._charts):
             with np.errstate(divide="ignore", invalid="ignore"):  # a surface exactly along the ray, or none
                 fall = self._along(0, triangle, direction, 0)
                 point = m - self._along(0, triangle, m, 1) / fall * direction
                 x, y = self._along(1, triangle, point, 1), self._along(2, triangle, point, 1)
             on_receiver &= np.isfinite(x) & np.isfinite(y)
-            plane = np.where(on_receiver, np.take(self._planes, triangle), plane)
+            chart = np.where(on_receiver, np.take(self._charts, triangle), chart)
             spread = np.where(on_receiver, 1 / np.maximum(np.abs(fall), 1 / _SPREAD), 1.0)
         looked = np.flatnonzero(shadowed)
         towards = np.broadcast_to(self._sun, (len(looked), 3))
-        plane[looked[self._tracer.blocked(m[:, looked].T, towards)]] = SHADOWED
-        return Nodes(m, n, plane, x, y, spread, passed)
+        chart[looked[self._tracer.blocked(m[:, looked].T, towards)]] = SHADOWED
+        return Nodes(m, n, chart, x, y, spread, passed)
 
     def _along(self, row, triangle, vectors, homogeneous):
         maps = self._maps[4 * row : 4 * row + 4]

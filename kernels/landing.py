@@ -11,7 +11,7 @@ from .lander import LOST, SHADOWED, texel_maps
 from .photons import Forms, bend
 
 _PENDING = 1 << 19  # photons between two bincounts: their bins are larger than the cache
-_FLAT = 1e-5  # texels: how far a receiver's corners may be from its plane's map
+_FLAT = 1e-5  # of the map's side: how far a receiver's corners may be from one plane and one affine map
 
 
 class Bins:
@@ -25,12 +25,9 @@ class Bins:
         self._bins = np.zeros(count + len(lost))
 
     def add(self, cell, flux):
-        """Add flux (n,) to bins cell (n,)."""
+        """Add flux (n,) to bins cell (n,), n at most _PENDING."""
         if self._filled + len(cell) > _PENDING:
             self._flush()
-        if len(cell) > _PENDING:
-            self._bins += np.bincount(cell, flux, minlength=len(self._bins))
-            return
         block = slice(self._filled, self._filled + len(cell))
         self._cell[block], self._flux[block] = cell, flux
         self._filled += len(cell)
@@ -63,11 +60,11 @@ class Rays:
         nodes = self._lander.land(values[:3], values[3:6], shaded)
         side = self._resolution
         i, j = (np.clip(np.nan_to_num(v), 0, side - 1).astype(np.int64) for v in (nodes.x, nodes.y))
-        cell = (np.take(self._lander.image, np.maximum(nodes.plane, 0)) * side + j) * side + i
+        cell = (np.take(self._lander.image, np.maximum(nodes.chart, 0)) * side + j) * side + i
         for code, lost in self._causes.items():
-            cell[nodes.plane == code] = lost
+            cell[nodes.chart == code] = lost
         flux = np.repeat(flux, points.shape[1])
-        through = flux * np.where(nodes.plane == SHADOWED, 1.0, nodes.passed)
+        through = flux * np.where(nodes.chart == SHADOWED, 1.0, nodes.passed)
         self._bins.add(cell, through)
         self._bins.add(np.full(1, self._bins.count + len(LOST)), np.array([(flux - through).sum()]))
 

@@ -18,7 +18,7 @@ def solve(scene, texels, settings):
     method = AUTO if settings.method == "auto" else settings.method
     if method not in METHODS:
         raise ValueError(f"method must be auto or one of {', '.join(METHODS)}, got {settings.method!r}")
-    return METHODS[method](*_near_origin(scene, texels), replace(settings, method=method))
+    return METHODS[method](*_near_origin(scene, texels), settings)
 
 
 def _near_origin(scene, texels):

@@ -14,15 +14,6 @@ def cosine_refracted(cos_i, eta):
     return np.sqrt(1 - r * r * (1 - cos_i * cos_i))
 
 
-def refract(direction, normal, eta):
-    """Unit refracted directions (n,3) of unit `direction` (3,) or (n,3) at unit normals (n,3) that face the light.
-
-    t = r d + (r c - c_t) n, with c = -d.n and r = 1 / eta.
-    """
-    cos_i = -(direction * normal).sum(-1, keepdims=True)
-    return direction / eta + (cos_i / eta - cosine_refracted(cos_i, eta)) * normal
-
-
 def fresnel_transmittance(cos_i, cos_t, eta):
     """Share of unpolarised flux that passes into the medium. [1] eqs. 20-21; both cosines positive."""
     a = eta * cos_t

@@ -23,9 +23,7 @@ def path_irradiance(surface, triangle, weights, p, receiver_normal, eta):
     receiver_normal (3,n) in the sun's frame, either side. Infinite on a fold.
     """
     r = 1 / eta
-    corner = surface.corner_records(triangle).T
-    corner_m = np.stack([np.take(c, corner) for c in surface.m], 1)
-    corner_n = np.stack([np.take(c, corner) for c in surface.n], 1)
+    corner_m, corner_n = surface.corners(triangle)
     share = weights.T[:, None]
     m, big_n = (share * corner_m).sum(0), (share * corner_n).sum(0)
     length = np.sqrt((big_n**2).sum(0))

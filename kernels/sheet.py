@@ -19,8 +19,8 @@ class Sheet:
         self._starts, self._ends, self._weights = [], [], []
         self._flux = np.zeros(images * resolution**2)
 
-    def add_triangles(self, plane, x, y, flux):
-        """Spread flux (n,) evenly over triangles x, y (n,3) [texel] of charts plane (n,)."""
+    def add_triangles(self, chart, x, y, flux):
+        """Spread flux (n,) evenly over triangles x, y (n,3) [texel] of charts chart (n,)."""
         x, y = (np.clip(v, 0, self.resolution) for v in (x, y))
         area = cross2(*(np.stack([x[:, k] - x[:, 0], y[:, k] - y[:, 0]], 1) for k in (1, 2))) / 2
         i, j = np.floor(x), np.floor(y)
@@ -28,19 +28,19 @@ class Sheet:
         direct = inside | (np.abs(area) < _THIN)
         spread = np.flatnonzero(~direct)
         self.add_points(
-            np.repeat(plane[direct], 3), x[direct].ravel(), y[direct].ravel(), np.repeat(flux[direct] / 3, 3)
+            np.repeat(chart[direct], 3), x[direct].ravel(), y[direct].ravel(), np.repeat(flux[direct] / 3, 3)
         )
-        y = y[spread] + (self.image[plane[spread]] * self.resolution)[:, None]
+        y = y[spread] + (self.image[chart[spread]] * self.resolution)[:, None]
         after = [1, 2, 0]
         self._starts.append(np.stack([x[spread].ravel(), y.ravel()]))
         self._ends.append(np.stack([x[spread][:, after].ravel(), y[:, after].ravel()]))
         self._weights.append(np.repeat(flux[spread] / area[spread], 3))
 
-    def add_points(self, plane, x, y, flux):
+    def add_points(self, chart, x, y, flux):
         """Leave flux (n,) in the texels that hold the points x, y (n,)."""
         top = self.resolution - 1
         i, j = np.clip(x, 0, top).astype(np.int64), np.clip(y, 0, top).astype(np.int64)
-        cell = (self.image[plane] * self.resolution + j) * self.resolution + i
+        cell = (self.image[chart] * self.resolution + j) * self.resolution + i
         self._flux += np.bincount(cell, flux, minlength=len(self._flux))
 
     def flux(self):
