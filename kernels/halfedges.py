@@ -7,6 +7,9 @@ from __future__ import annotations
 
 import numpy as np
 
+AFTER = np.array([1, 2, 0])  # corner, or edge, that follows
+BEFORE = np.array([2, 0, 1])
+
 
 def build_twins(triangles):
     """For each half-edge the half-edge of the triangle across the same edge, or -1: (T,3) int -> (3T,) int32.

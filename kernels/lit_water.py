@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .maps.uv_raster import cross2, touching
 from .optics import sun_frame
-from .uv_raster import cross2, touching
 
 _SHADOW_GRID = 256  # cells along the longer side of the water, at most
 

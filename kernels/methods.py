@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from . import conic_walk, photon_splat
+from .splat import photon_splat
+from .walk import conic_walk
 
 METHODS = {"photon_splat": photon_splat.solve, "conic_walk": conic_walk.solve}
 AUTO = "photon_splat"  # the one that finds all the light

@@ -123,7 +123,7 @@ class _TexelCache:
 
     def of(self, receiver):
         """The Texels of a Receiver; raises DappleError for UVs that cannot carry a lightmap."""
-        from ..kernels.texels import UVError, rasterise
+        from ..kernels.maps.texels import UVError, rasterise
 
         before, texels = self._known.get(receiver.name, (None, None))
         if before is None or not _same(before, receiver):

@@ -79,9 +79,9 @@ def stages(resolution, quads):
     """Seconds on a floor under water, of texels, beams, points, the walk and writing, and what the solvers say."""
     from waves import pool
 
+    from dapple.kernels.maps.texels import rasterise
     from dapple.kernels.methods import solve
     from dapple.kernels.scene import Settings
-    from dapple.kernels.texels import rasterise
     from dapple.operators.write import write_exr
 
     scene = pool(quads=quads)
@@ -120,14 +120,14 @@ def rates():
     import numpy as np
     from waves import pool
 
-    from dapple.kernels.conic import Surface
-    from dapple.kernels.lander import Lander
-    from dapple.kernels.landing import Plane, Rays
     from dapple.kernels.lit_water import light_water
-    from dapple.kernels.photons import batches
+    from dapple.kernels.maps.texels import rasterise
     from dapple.kernels.rays import Tracer, soup
-    from dapple.kernels.texels import rasterise
-    from dapple.kernels.walkers import Walk
+    from dapple.kernels.splat.lander import Lander
+    from dapple.kernels.splat.landing import Plane, Rays
+    from dapple.kernels.splat.photons import batches
+    from dapple.kernels.walk.conic import Surface
+    from dapple.kernels.walk.walkers import Walk
 
     scene = pool(quads=512)
     own = rasterise(scene.receivers[0], 512)

@@ -107,7 +107,7 @@ def test_later_bake_adds_and_replaces_frames(pool, out):
 
 
 def test_texels_are_made_once_while_the_receiver_rests(pool, monkeypatch):
-    from dapple.kernels import texels
+    from dapple.kernels.maps import texels
 
     made = []
     real = texels.rasterise

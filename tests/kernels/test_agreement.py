@@ -3,9 +3,9 @@
 import numpy as np
 from waves import calm, floor, pool
 
+from dapple.kernels.maps.texels import rasterise
 from dapple.kernels.methods import solve
 from dapple.kernels.scene import Settings
-from dapple.kernels.texels import rasterise
 
 REPLICAS = 16
 SUB = 24

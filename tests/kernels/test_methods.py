@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from waves import floor, pool, sun, water
 
+from dapple.kernels.maps.texels import rasterise
 from dapple.kernels.methods import METHODS, solve
 from dapple.kernels.scene import Receiver, Scene, Settings, Sun, Water
-from dapple.kernels.texels import rasterise
 
 
 def test_auto_takes_the_one_that_finds_all_light():

@@ -5,7 +5,7 @@ import pytest
 from waves import transmitted
 
 from dapple.kernels.optics import cosine_refracted, fresnel_transmittance, sun_frame
-from dapple.kernels.photons import bend
+from dapple.kernels.splat.photons import bend
 
 
 @pytest.mark.parametrize("degrees", [0.0, 5.0, 30.0, 60.0, 85.0, 89.9])

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..status import Status
 from .conic import BACKWARD, FORWARD, is_path, objective, weights_on_edge
 from .conic_root import Brackets, fan, solve_brackets
 from .conic_start import begin, closed_curve_root
 from .conic_step import step
-from .status import Status
 
 BLOCK = 1 << 14  # walkers at once: what a step touches stays in the second-level cache
 

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .conic import AFTER, objective
+from ..halfedges import AFTER
+from .conic import objective
 
 _ITERATIONS = 60
 _CLOSE = 1e-12  # of the arc's parameter, and of f at its ends

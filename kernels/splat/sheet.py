@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .coverage import edge_coverage
-from .uv_raster import cross2
+from ..maps.coverage import edge_coverage
+from ..maps.uv_raster import cross2
 
 _ROUNDING = 1e-13  # of all flux
 _THIN = 1e-9  # texels^2: images without area land point by point

@@ -10,13 +10,13 @@ import time
 
 import numpy as np
 
+from ..lit_water import light_water
+from ..rays import Tracer, soup
+from ..scene import Diagnostics
+from ..solution import answer, check_texels
+from ..status import Status
 from .conic import Surface
-from .lit_water import light_water
 from .path_irradiance import path_irradiance
-from .rays import Tracer, soup
-from .scene import Diagnostics
-from .solution import answer, check_texels
-from .status import Status
 from .walkers import Walk
 
 _LEFT_OUT = [

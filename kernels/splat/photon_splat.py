@@ -13,16 +13,16 @@ import time
 
 import numpy as np
 
+from ..lit_water import light_water, may_be_shadowed
+from ..rays import Tracer, soup
+from ..scene import Diagnostics
+from ..solution import answer, check_texels
+from ..status import Status
 from .beams import splat
 from .lander import Lander
 from .landing import Plane, Rays
-from .lit_water import light_water, may_be_shadowed
 from .photons import batches
-from .rays import Tracer, soup
-from .scene import Diagnostics
 from .sheet import Sheet
-from .solution import answer, check_texels
-from .status import Status
 
 _PILOT = 2.0  # photons a texel in each half of the first draw, which only tells how many are needed
 _DECAY = 1.45  # measured: the error of stratified photons falls as n^-1.45, over still water and over folds alike

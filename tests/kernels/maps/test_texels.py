@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from waves import floor, grid, quad
 
+from dapple.kernels.maps.texels import UVError, rasterise
 from dapple.kernels.scene import Receiver
-from dapple.kernels.texels import UVError, rasterise
 
 
 def test_full_chart_has_a_texel_everywhere_at_its_centre():

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..rays import MISS
 from .photons import bend
-from .rays import MISS
 
 MISSED, OCCLUDED, SHADOWED = -1, -2, -3
 LOST = {MISSED: "missed", OCCLUDED: "occluded", SHADOWED: "shadowed"}

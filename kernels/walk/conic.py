@@ -17,8 +17,8 @@ from __future__ import annotations
 
 import numpy as np
 
-AFTER = np.array([1, 2, 0])  # corner, or edge, that follows
-BEFORE = np.array([2, 0, 1])
+from ..halfedges import AFTER, BEFORE
+
 ACROSS = np.array([[0.0, 1.0], [-1.0, -1.0], [1.0, 0.0]])  # gradient in (a, b) of the weight across from each edge
 _STRAIGHT = 1e-3  # rad between chord and tangent
 _TOUCHING = 1e-9  # in barycentric coordinates

@@ -12,8 +12,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..halfedges import AFTER
 from .border import cut, straddlers
-from .conic import AFTER
 from .lander import LOST, SHADOWED
 
 # texels: larger parts are split even where all six rays agree, lest something lies between them; more so where they hit

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .conic import AFTER, FORWARD, conic, edge_crossings, follow, objective, tangent, weights_on_edge
+from ..halfedges import AFTER
+from .conic import FORWARD, conic, edge_crossings, follow, objective, tangent, weights_on_edge
 from .conic_root import fan
 
 _MOVES = 3  # triangles that rounding may have put M0 off

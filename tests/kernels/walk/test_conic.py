@@ -7,7 +7,10 @@ import numpy as np
 import pytest
 from waves import OBLIQUE, sun
 
-from dapple.kernels.conic import (
+from dapple.kernels.halfedges import build_twins
+from dapple.kernels.lit_water import light_water
+from dapple.kernels.scene import Water
+from dapple.kernels.walk.conic import (
     FORWARD,
     Surface,
     conic,
@@ -20,10 +23,7 @@ from dapple.kernels.conic import (
     objective,
     tangent,
 )
-from dapple.kernels.conic_start import closed_curve_root
-from dapple.kernels.halfedges import build_twins
-from dapple.kernels.lit_water import light_water
-from dapple.kernels.scene import Water
+from dapple.kernels.walk.conic_start import closed_curve_root
 
 FIXTURES = json.loads((Path(__file__).parent / "conic_fixtures.json").read_text())
 FIXTURE_ETA = 1.33
@@ -97,7 +97,7 @@ def test_a_curve_inside_its_triangle_gives_its_root():
     surface, p, roots = load("ellipse_inside_with_root")
     a, b = roots[0]
     # Any point of the curve may be the start; take the one where the straight ray hits.
-    from dapple.kernels.conic_start import locate
+    from dapple.kernels.walk.conic_start import locate
 
     triangle, weights = locate(surface, np.array([0]), p[0], p[1])
     found = closed_curve_root(surface, triangle, weights, p, FIXTURE_ETA)

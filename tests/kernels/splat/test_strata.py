@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from dapple.kernels.strata import linear, squared_length, strata
+from dapple.kernels.splat.strata import linear, squared_length, strata
 
 
 @pytest.mark.parametrize("m", [1, 2, 3, 7])

@@ -3,7 +3,7 @@
 import numpy as np
 from waves import grid, quad
 
-from dapple.kernels.charts import charts
+from dapple.kernels.maps.charts import charts
 
 
 def test_a_grid_is_one_chart_and_a_cut_makes_two():

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .optics import cosine_refracted, fresnel_transmittance
+from ..optics import cosine_refracted, fresnel_transmittance
 from .strata import linear, squared_length, strata
 
 BLOCK = 1 << 13  # photons at once: the dozen arrays of a block stay in the second-level cache

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from dapple.kernels.coverage import edge_coverage
+from dapple.kernels.maps.coverage import edge_coverage
 
 
 def polygon(points, weight=1.0):

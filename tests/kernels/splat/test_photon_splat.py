@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from waves import OBLIQUE, calm, five_sines, flat, floor, grid, pool, quad, sun, transmitted, water
 
-from dapple.kernels import landing
-from dapple.kernels.photon_splat import solve
+from dapple.kernels.maps.texels import rasterise
 from dapple.kernels.scene import Occluder, Receiver, Scene, Settings, Water
+from dapple.kernels.splat import landing
+from dapple.kernels.splat.photon_splat import solve
 from dapple.kernels.status import Status
-from dapple.kernels.texels import rasterise
 
 either = pytest.mark.parametrize("points", [False, True], ids=["beams", "points"])
 

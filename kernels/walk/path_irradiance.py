@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .optics import cosine_refracted, fresnel_transmittance
+from ..optics import cosine_refracted, fresnel_transmittance
 
 
 def path_irradiance(surface, triangle, weights, p, receiver_normal, eta):

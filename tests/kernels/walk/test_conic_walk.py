@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from waves import calm, five_sines, flat, floor, pool, transmitted, water
 
-from dapple.kernels.conic import Surface, is_path
-from dapple.kernels.conic_walk import solve
 from dapple.kernels.lit_water import light_water
+from dapple.kernels.maps.texels import rasterise
 from dapple.kernels.rays import Tracer
 from dapple.kernels.scene import Occluder, Settings, Water
 from dapple.kernels.status import Status
-from dapple.kernels.texels import rasterise
-from dapple.kernels.walkers import Walk
+from dapple.kernels.walk.conic import Surface, is_path
+from dapple.kernels.walk.conic_walk import solve
+from dapple.kernels.walk.walkers import Walk
 
 
 def bake(scene, resolution=32):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from dapple.kernels.sheet import Sheet
+from dapple.kernels.splat.sheet import Sheet
 
 
 def test_triangles_keep_their_flux_whichever_way_they_turn():
