@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from .scene import Point
 from .splat import photon_splat
 from .walk import conic_walk
 
@@ -32,5 +33,9 @@ def _near_origin(scene, texels):
         return replace(thing, positions=thing.positions - middle)
 
     receivers, occluders = (tuple(map(moved, group)) for group in (scene.receivers, scene.occluders))
-    scene = replace(scene, water=moved(scene.water), receivers=receivers, occluders=occluders)
+    lights = tuple(
+        replace(light, position=light.position - middle) if isinstance(light, Point) else light
+        for light in scene.lights
+    )
+    scene = replace(scene, water=moved(scene.water), receivers=receivers, occluders=occluders, lights=lights)
     return scene, tuple(map(moved, texels))

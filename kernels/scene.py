@@ -1,4 +1,4 @@
-"""What a solver is given: water, receivers, occluders, suns. Arrays in, no Blender.
+"""What a solver is given: water, receivers, occluders, lights. Arrays in, no Blender.
 
 Meshes are world space, metres, float64; triangles index vertices and are wound counter-clockwise seen from the side
 that the normals point to.
@@ -107,14 +107,55 @@ class Sun:
 
 
 @dataclass(frozen=True)
+class Point:
+    """Light from one point: position (3,) [m], intensity (3,) RGB [W/sr], radius [m] of the lamp's sphere."""
+
+    name: str
+    position: np.ndarray
+    intensity: np.ndarray
+    radius: float = 0.0
+
+    def __post_init__(self):
+        for name in ("position", "intensity"):
+            if np.shape(getattr(self, name)) != (3,):
+                raise ValueError(f"{name} must have shape (3,), got {np.shape(getattr(self, name))}")
+
+
+@dataclass(frozen=True)
+class Spot(Point):
+    """A Point that shines in a cone only; intensity is that on its axis.
+
+    frame (3,3) takes a direction of travel to one in which the cone is round about +z; half_angle [rad] of the cone in
+    there; blend, 0 to 1: the part of the cone's depth, 1 - cos half_angle, over which its edge fades.
+    """
+
+    frame: np.ndarray = field(default_factory=lambda: np.diag([1.0, -1.0, -1.0]))
+    half_angle: float = np.pi / 8
+    blend: float = 0.0
+
+    def __post_init__(self):
+        super().__post_init__()
+        if np.shape(self.frame) != (3, 3):
+            raise ValueError(f"frame must have shape (3, 3), got {np.shape(self.frame)}")
+        if not 0 < self.half_angle <= np.pi / 2:
+            raise ValueError(f"half_angle must lie in (0, pi/2], got {self.half_angle}")
+
+
+@dataclass(frozen=True)
 class Scene:
-    """All that one frame needs. Receivers block light too; the water blocks none."""
+    """All that one frame needs. Receivers block light too; the water blocks none. lights: Sun, Point or Spot, above the
+    water; eta and sigma_a (3,) [1/m], refraction and absorption of what is below it."""
 
     water: Water
     receivers: tuple[Receiver, ...]
     occluders: tuple[Occluder, ...]
-    suns: tuple[Sun, ...]
+    lights: tuple[Sun | Point, ...]
     eta: float = WATER_IOR
+    sigma_a: np.ndarray = field(default_factory=lambda: np.zeros(3))
+
+    def __post_init__(self):
+        if np.shape(self.sigma_a) != (3,) or not (np.asarray(self.sigma_a) >= 0).all():
+            raise ValueError(f"sigma_a must be three absorption coefficients >= 0, got {self.sigma_a}")
 
 
 @dataclass(frozen=True)

@@ -48,8 +48,9 @@ def frame_entry(scene, diagnostics, seconds, files, warnings):
         **{f"solve.{stage}": value for stage, value in diagnostics.seconds.items()},
         "write": seconds["write"],
     }
-    suns = [asdict(sun) for sun in scene.suns]
-    return {**entry, "eta": scene.eta, "suns": suns, "files": files, "warnings": warnings}
+    lights = [{"type": type(light).__name__.lower(), **asdict(light)} for light in scene.lights]
+    medium = {"eta": scene.eta, "sigma_a": scene.sigma_a}
+    return {**entry, **medium, "lights": lights, "files": files, "warnings": warnings}
 
 
 def summary(number, entry):

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..lit_water import light_water, may_be_shadowed
 from ..rays import Tracer, soup
-from ..scene import Diagnostics
+from ..scene import Diagnostics, Sun
 from ..solution import answer, check_texels
 from ..status import Status
 from .beams import splat
@@ -50,7 +50,8 @@ def solve(scene, texels, settings):
     start = time.perf_counter()
     solids = soup((*scene.receivers, *scene.occluders))
     tracer = Tracer(*solids)
-    suns = [_Lit(scene, sun, texels, tracer, solids) for sun in scene.suns]
+    suns = [_Lit(scene, sun, texels, tracer, solids) for sun in scene.lights if isinstance(sun, Sun)]
+    work.left_out += [f"lamp '{light.name}'" for light in scene.lights if not isinstance(light, Sun)]
     work.flux_in = sum((lit.water.area.sum() * lit.sun.irradiance for lit in suns), np.zeros(3))
     work.seconds["prepare"] = time.perf_counter() - start
     start = time.perf_counter()

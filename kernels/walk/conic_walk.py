@@ -12,7 +12,7 @@ import numpy as np
 
 from ..lit_water import light_water
 from ..rays import Tracer, soup
-from ..scene import Diagnostics
+from ..scene import Diagnostics, Sun
 from ..solution import answer, check_texels
 from ..status import Status
 from .conic import Surface
@@ -43,7 +43,11 @@ def solve(scene, texels, settings):
     water = Tracer(scene.water.positions, scene.water.triangles)
     work.seconds["prepare"] = time.perf_counter() - start
     irradiance, status = np.zeros((len(points), 3)), np.full(len(points), Status.NO_WATER, np.uint8)
-    for sun in scene.suns:
+    suns = [light for light in scene.lights if isinstance(light, Sun)]
+    work.left_out += [
+        f"lamp '{light.name}': the walk knows suns only" for light in scene.lights if not isinstance(light, Sun)
+    ]
+    for sun in suns:
         light, code = _sun(scene, sun, points, normals, water, objects, work)
         irradiance += light[:, None] * sun.irradiance
         status = np.where((code == Status.LIT) | (status == Status.NO_WATER), code, status)

@@ -131,7 +131,7 @@ def rates():
 
     scene = pool(quads=512)
     own = rasterise(scene.receivers[0], 512)
-    lit = light_water(scene.water, scene.suns[0])
+    lit = light_water(scene.water, scene.lights[0])
     plane = Plane.of(scene, [own], lit)
     unshadowed = np.zeros(len(scene.water.triangles), bool)
     lander = Lander(scene.receivers, [own], Tracer(*soup(scene.receivers)), lit.frame[2], scene.eta)

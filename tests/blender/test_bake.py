@@ -87,7 +87,8 @@ def test_record_holds_what_was_done(pool, out):
     assert entry["flux_received"] == {"Floor": [3, 3, 3]}
     assert entry["flux_lost"] == {"rim": [1, 1, 1]}
     assert entry["eta"] == 1.333
-    assert entry["suns"][0]["direction"] == pytest.approx([0, 0, -1])
+    assert (entry["sigma_a"], entry["lights"][0]["type"]) == ([0, 0, 0], "sun")
+    assert entry["lights"][0]["direction"] == pytest.approx([0, 0, -1])
     assert entry["files"] == {"Floor": "Floor/caustics_0002.exr"}
     assert entry["warnings"] == []
     assert set(entry["seconds"]) == {"extract", "texels", "solve", "solve.think", "write"}

@@ -261,7 +261,7 @@ def test_sun_direction_and_strength(pool):
     lamp.rotation_euler = Vector((-0.25, -0.1, 1.0)).to_track_quat("Z", "Y").to_euler()
     lamp.scale = (3, 3, 3)
     lamp.data.energy, lamp.data.color, lamp.data.angle = 3.0, (1.0, 0.5, 0.25), math.radians(0.53)
-    (found,) = read()[0].suns
+    (found,) = read()[0].lights
     np.testing.assert_allclose(found.direction, np.array([0.25, 0.1, -1]) / math.sqrt(1.0725), atol=1e-6)
     np.testing.assert_allclose(found.irradiance, (3.0, 1.5, 0.75))
     assert found.angle == pytest.approx(math.radians(0.53))
@@ -273,7 +273,7 @@ def test_exposure_temperature_and_radiance(pool):
     light = bpy.data.lights["Sun"]
     light.exposure, light.use_temperature, light.temperature = 1.0, True, 4000.0
     light.normalize, light.angle = False, 0.5
-    (found,) = read()[0].suns
+    (found,) = read()[0].lights
     # Cycles 5.0 renders a white floor under this lamp, white, at 0.19225 W/m^2
     np.testing.assert_allclose(found.irradiance, 2 * 0.192248 * np.array(light.temperature_color), rtol=1e-3)
 
@@ -284,7 +284,7 @@ def test_lamps_that_are_left_out_are_named(pool):
     upward = sun(rotation=(math.pi, 0, 0))
     unlit = sun(energy=0.0)
     scene, warnings = read()
-    assert [s.name for s in scene.suns] == ["Sun"]
+    assert [s.name for s in scene.lights] == ["Sun"]
     assert any("'Bulb' is a point lamp" in w and "Sun lamps only" in w for w in warnings)
     assert any(f"'{upward.name}' shines upward" in w for w in warnings)
     assert not any(unlit.name in w for w in warnings)

@@ -27,7 +27,7 @@ def test_far_from_the_origin_is_as_near(method):
     w, f = near.water, near.receivers[0]
     away = np.array([1e5, -2e5, 3e4])
     far_water = Water("W", w.positions + away, w.triangles, w.normals, w.triangles, w.twins)
-    far = Scene(far_water, (Receiver("Floor", f.positions + away, f.triangles, f.uvs),), (), near.suns)
+    far = Scene(far_water, (Receiver("Floor", f.positions + away, f.triangles, f.uvs),), (), near.lights)
     here, there = (solve(scene, [rasterise(scene.receivers[0], 32)], Settings(method=method)) for scene in (near, far))
     assert there.diagnostics.texels == here.diagnostics.texels == {"lit": 32 * 32}
     received = [d.flux_received["Floor"][0] for d in (here.diagnostics, there.diagnostics)]

@@ -97,7 +97,7 @@ def test_the_plane_is_taken_only_where_it_is_right():
     lit_all = pool(quads=4)
     from dapple.kernels.lit_water import light_water
 
-    lit = light_water(lit_all.water, lit_all.suns[0])
+    lit = light_water(lit_all.water, lit_all.lights[0])
     assert landing.Plane.of(lit_all, direct, lit) is not None
     hung = pool(quads=4, occluders=[Occluder("Raft", floor(z=0.5).positions, floor().triangles)])
     assert landing.Plane.of(hung, direct, lit) is None
@@ -160,7 +160,7 @@ def test_winding_and_direction_of_normals_do_not_matter():
     scene = pool(quads=24, receivers=[floor(side=12.0)])
     w = scene.water
     upside_down = Water(w.name, w.positions, w.triangles[:, ::-1], -w.normals, w.normal_triangles[:, ::-1], w.twins)
-    turned = Scene(upside_down, scene.receivers, (), scene.suns)
+    turned = Scene(upside_down, scene.receivers, (), scene.lights)
     a, b = bake(scene, 16, 1e-2), bake(turned, 16, 1e-2)
     np.testing.assert_allclose(a.diagnostics.flux_received["Floor"], b.diagnostics.flux_received["Floor"], rtol=1e-4)
 
@@ -236,7 +236,7 @@ def test_facets_bend_light_as_planes():
     facet = np.cross(v[:, 1] - v[:, 0], v[:, 2] - v[:, 0])
     facet /= np.linalg.norm(facet, axis=1, keepdims=True)
     rows = np.repeat(np.arange(len(facet))[:, None], 3, 1)
-    facets = Scene(Water("Facets", w.positions, w.triangles, facet, rows, w.twins), scene.receivers, (), scene.suns)
+    facets = Scene(Water("Facets", w.positions, w.triangles, facet, rows, w.twins), scene.receivers, (), scene.lights)
     beams, points = bake(facets, 32, 1e-3), bake(facets, 32, 1e-3, points=True)
     np.testing.assert_allclose(*books(beams.diagnostics), rtol=1e-9)
     np.testing.assert_allclose(

@@ -67,7 +67,7 @@ def test_crest_focuses_at_its_focal_length():
 
 def all_roots(scene, points, samples=24):
     """Every refracted path to each of points (n,3), by Newton's method from many starts in every triangle."""
-    lit = light_water(scene.water, scene.suns[0])
+    lit = light_water(scene.water, scene.lights[0])
     surface = Surface(lit, scene.water.twins)
     eta, found = scene.eta, []
     count = len(scene.water.triangles)
@@ -111,7 +111,7 @@ def test_the_walk_finds_a_root_that_brute_force_finds():
     scene = pool(quads=12, side=4.8)
     rng = np.random.default_rng(8)
     points = np.column_stack([rng.uniform(-1, 1, (40, 2)), np.zeros(40)])
-    lit = light_water(scene.water, scene.suns[0])
+    lit = light_water(scene.water, scene.lights[0])
     surface = Surface(lit, scene.water.twins)
     first = Tracer(scene.water.positions, scene.water.triangles).first(points, np.tile(lit.frame[2], (40, 1)))
     walk = Walk(surface, lit.frame @ points.T, first, scene.eta).run()
