@@ -1,68 +1,123 @@
 """Exact area coverage: how much of each texel lies inside polygons, by Green's theorem on their edges.
 
-An edge is cut at the grid's lines. A piece inside the cell (i, j), of height dy and mean fractional abscissa f, covers
-dy (1 - f) of its cell to its right and dy of every cell further right; so it deposits dy (1 - f) at i and dy f at
-i + 1, and a cumulative sum along x turns the deposits into areas. Exact up to float64 rounding, for any polygons.
+An edge is cut at the grid's rows. A piece inside one row, of height dy, covers the texels that it passes in part and
+dy of every texel further right; so it leaves the differences between neighbours on the texels from its lowest abscissa
+to its highest, and a cumulative sum along x turns these into areas. Exact up to float64 rounding, for any polygons.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-_BLOCK = 1 << 15  # edges at once: bounds the memory
+_BLOCK = 1 << 13  # edges at once: what a block touches stays in the second-level cache
+_PENDING = 1 << 19  # differences between two bincounts: their bins are larger than the cache
 
 
 def edge_coverage(starts, ends, weights, shape):
     """Weighted area that the polygons bounded by directed edges cover in every cell.
 
-    starts, ends (2,n): x, y of edges in texel units, x in [0, W], y in [0, H], counter-clockwise round what is covered;
-    weights (n,): density of each edge's polygon; shape (H, W). Returns (H, W) float64.
-    Raises ValueError where an edge leaves the grid.
+    starts, ends (2,n): x, y of edges in texel units, counter-clockwise round what is covered, on the grid or beyond it;
+    weights (C,n): density of each edge's polygon in C channels, or the difference of those on its left and right;
+    shape (H, W). Returns (C, H, W) float64.
     """
     height, width = shape
-    for name, points in (("starts", starts), ("ends", ends)):
-        if points.size and (points.min() < 0 or points[0].max() > width or points[1].max() > height):
-            low, high = points.min(1), points.max(1)
-            raise ValueError(f"{name} must lie in [0, {width}] x [0, {height}], got {low} to {high}")
-    deposits = np.zeros(height * (width + 2))
-    for k in range(0, len(weights), _BLOCK):
+    deposits = _Deposits(len(weights), height * (width + 3))
+    for k in range(0, weights.shape[1], _BLOCK):
         block = slice(k, k + _BLOCK)
-        _deposit(starts[:, block], ends[:, block], weights[block], shape, deposits)
-    return np.cumsum(deposits.reshape(height, width + 2), axis=1)[:, :width]
+        _deposit(starts[:, block], ends[:, block], weights[:, block], shape, deposits)
+    return np.cumsum(deposits.take().reshape(-1, height, width + 3), axis=2)[:, :, :width]
 
 
-def _cut(u0, u1, cells):
-    """Cut spans from u0 to u1 (n,) at the integers: per piece its parent, its cell (below `cells`), and the shares of
-    the parent at which it begins and ends."""
-    low = np.floor(np.minimum(u0, u1))
-    count = np.maximum(np.ceil(np.maximum(u0, u1)) - low, 1).astype(np.int64)
-    parent = np.repeat(np.arange(len(u0)), count)
-    rank = np.arange(len(parent)) - np.repeat(np.cumsum(count) - count, count)
-    span = u1 - u0
-    down = span < 0  # pieces run with the span: from its lowest line up, or from its highest down
-    rate = 1 / np.where(span == 0, 1.0, span)
-    line = low + np.where(down, count, 0)
-    first, advance = ((line - u0) * rate)[parent], np.abs(rate)[parent]
-    begin = np.where(rank == 0, 0.0, first + rank * advance)
-    end = np.where(rank == (count - 1)[parent], 1.0, first + (rank + 1) * advance)
-    cell = line[parent] + np.where(down[parent], -1 - rank, rank)
-    return parent, np.minimum(cell, cells - 1).astype(np.int64), begin, end
+class _Deposits:
+    """Sums per cell and channel of what is added, gathered in batches."""
+
+    def __init__(self, channels, cells):
+        self._sums = np.zeros((channels, cells))
+        self._pending, self._count = [], 0
+
+    def add(self, cell, values):
+        """Add values (C,n) to cells (n,)."""
+        self._pending.append((cell, values))
+        self._count += len(cell)
+        if self._count > _PENDING:
+            self._flush()
+
+    def take(self):
+        self._flush()
+        return self._sums
+
+    def _flush(self):
+        if self._pending:
+            cell = np.concatenate([c for c, _ in self._pending])
+            for channel, sums in enumerate(self._sums):
+                values = np.concatenate([v[channel] for _, v in self._pending])
+                sums += np.bincount(cell, values, minlength=len(sums))
+        self._pending, self._count = [], 0
 
 
 def _deposit(starts, ends, weights, shape, deposits):
     """Add the deposits of one block of edges."""
     height, width = shape
-    (x0, y0), (x1, y1) = starts, ends
-    slanted = np.flatnonzero(y0 != y1)  # level edges bound no area to their right
-    x0, y0, x1, y1 = x0[slanted], y0[slanted], x1[slanted], y1[slanted]
-    edge, row, begin, end = _cut(y0, y1, height)
-    # Counter-clockwise, what is covered lies left of an upward edge, hence the sign.
-    rise = (-weights[slanted] * (y1 - y0))[edge] * (end - begin)
-    xa, dx = x0[edge], (x1 - x0)[edge]
-    xb, xa = xa + dx * end, xa + dx * begin
-    piece, column, begin, end = _cut(xa, xb, width)
-    rise = rise[piece] * (end - begin)
-    f = xa[piece] + (xb - xa)[piece] * ((begin + end) / 2) - column
-    cell = row[piece] * (width + 2) + column
-    deposits += np.bincount(cell, rise * (1 - f), minlength=len(deposits))
-    deposits += np.bincount(cell + 1, rise * f, minlength=len(deposits))
+    edge, row, xa, xb, rise = _rows(*starts, *ends, height)
+    rise = np.take(-weights, edge, axis=1) * rise  # counter-clockwise, what is covered lies left of an upward edge
+    left, right = np.minimum(xa, xb), np.maximum(xa, xb)
+    low, high = np.clip(left, 0, width), np.clip(right, 0, width)
+    out = np.flatnonzero((left < 0) | (right > width))
+    if len(out):  # left of the grid it covers whole rows, right of it nothing
+        span = np.maximum((right - left)[out], np.finfo(float).tiny)
+        before = np.clip((np.minimum(right[out], 0) - left[out]) / span, 0, 1)
+        deposits.add(row[out] * (width + 3), rise[:, out] * before)
+        rise[:, out] *= np.where(left[out] < right[out], (high - low)[out] / span, left[out] >= 0)
+    first = np.floor(low)
+    cell = row * (width + 3) + first.astype(np.int64)
+    low -= first
+    high -= first
+    wide = np.flatnonzero(high > 2)
+    if len(wide):
+        _add_wide(cell[wide], low[wide], high[wide], rise[:, wide], deposits)
+        rise[:, wide] = 0
+    _add_narrow(cell, low, high, rise, deposits)
+
+
+def _rows(x0, y0, x1, y1, height):
+    """Cut edges at the rows: per piece its edge, its row, the abscissas of its lower and upper end, and its height,
+    signed as the edge runs."""
+    up = y1 > y0
+    bottom, top = np.where(up, y0, y1), np.where(up, y1, y0)
+    x = np.where(up, x0, x1)
+    slope = (x1 - x0) / np.where(y1 == y0, 1.0, y1 - y0)
+    low, high = np.maximum(bottom, 0.0), np.minimum(top, height)
+    row = np.floor(low)
+    count = np.where(high > low, np.ceil(high) - row, 0).astype(np.int64)
+    edge = np.repeat(np.arange(len(count)), count)
+    row = np.arange(len(edge)) + np.take(row - (np.cumsum(count) - count), edge)
+    begin, end = np.maximum(row, np.take(low, edge)), np.minimum(row + 1, np.take(high, edge))
+    slope, bottom, x = np.take(slope, edge), np.take(bottom, edge), np.take(x, edge)
+    xa, xb = x + (begin - bottom) * slope, x + (end - bottom) * slope
+    return edge, row.astype(np.int64), xa, xb, (end - begin) * np.take(np.where(up, 1.0, -1.0), edge)
+
+
+def _add_narrow(cell, low, high, rise, deposits):
+    """Deposits of pieces that reach from `low` < 1 to `high` <= 2 in the row that begins at their cell."""
+    beyond = np.maximum(high - 1, 0)
+    span = np.maximum(high - low, np.finfo(float).tiny)
+    here = np.where(beyond > 0, (1 - low) ** 2 / span, 2 - low - high) / 2
+    after = beyond * beyond / span / 2
+    deposits.add(cell, rise * here)
+    deposits.add(cell + 1, rise * (1 - here - after))
+    some = np.flatnonzero(beyond)
+    deposits.add(cell[some] + 2, rise[:, some] * after[some])
+
+
+def _add_wide(cell, low, high, rise, deposits):
+    """As `_add_narrow`, of pieces of any reach: a cell gets the second difference of the mean of max(c - x, 0)."""
+    count = np.ceil(high).astype(np.int64) + 1
+    piece = np.repeat(np.arange(len(cell)), count)
+    rank = np.arange(len(piece)) - np.repeat(np.cumsum(count) - count, count)
+    low, high = low[piece], high[piece]
+
+    def mean_beyond(c):
+        return (np.maximum(c - low, 0) ** 2 - np.maximum(c - high, 0) ** 2) / (2 * (high - low))
+
+    share = mean_beyond(rank + 1) - 2 * mean_beyond(rank) + mean_beyond(rank - 1)
+    deposits.add(cell[piece] + rank, rise[:, piece] * share)

@@ -133,8 +133,8 @@ def _areas(corners, flat, world, usable, resolution):
     end = corners[usable][:, [1, 2, 0]].reshape(-1, 2).T
     density = world[usable] / np.abs(flat[usable])
     shape = (resolution, resolution)
-    covered = edge_coverage(start, end, np.repeat(turn, 3), shape)
-    area = edge_coverage(start, end, np.repeat(turn * density, 3), shape)
+    weights = np.repeat(np.stack([turn, turn * density]), 3, axis=1)
+    covered, area = edge_coverage(start, end, weights, shape)
     return covered.ravel(), area.ravel()
 
 

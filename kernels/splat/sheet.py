@@ -49,6 +49,7 @@ class Sheet:
             return self._flux
         shape = (self.images * self.resolution, self.resolution)
         edges = (np.concatenate(v, axis=-1) for v in (self._starts, self._ends, self._weights))
-        flux = self._flux + edge_coverage(*edges, shape).ravel()
+        starts, ends, weights = edges
+        flux = self._flux + edge_coverage(starts, ends, weights[None], shape).ravel()
         flux[np.abs(flux) < _ROUNDING * flux.sum()] = 0  # what sums along a row leave in texels that nothing covers
         return flux
