@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from .scene import Point
+from .sound_water import sound_water
 from .splat import photon_splat
 from .walk import conic_walk
 
@@ -15,12 +16,15 @@ AUTO = "photon_splat"  # the one that finds all the light
 def solve(scene, texels, settings):
     """The Solution of a Scene on Texels, one per receiver, by the method that `settings` asks for.
 
-    Raises ValueError for a method that does not exist.
+    Raises ValueError for a method that does not exist and for water with positions that are not finite.
     """
     method = AUTO if settings.method == "auto" else settings.method
     if method not in METHODS:
         raise ValueError(f"method must be auto or one of {', '.join(METHODS)}, got {settings.method!r}")
-    return METHODS[method](*_near_origin(scene, texels), settings)
+    water, sentences = sound_water(scene.water)
+    answer = METHODS[method](*_near_origin(replace(scene, water=water), texels), settings)
+    answer.diagnostics.left_out.extend(sentences)
+    return answer
 
 
 def _near_origin(scene, texels):
