@@ -42,6 +42,25 @@ def light_water(water, sun):
     return LitWater(positions, normals, water.triangles, water.normal_triangles, area, frame)
 
 
+def part_of(lit, twins, chosen):
+    """The LitWater of the triangles chosen (T,) bool only, and its twins."""
+    ids = np.flatnonzero(chosen)
+    half = np.full(twins.shape, -1)
+    kept = (3 * ids[:, None] + np.arange(3)).ravel()
+    half[kept] = np.arange(len(kept))
+    positions, triangles = _used(lit.positions, lit.triangles[ids])
+    normals, normal_triangles = _used(lit.normals, lit.normal_triangles[ids])
+    part = LitWater(positions, normals, triangles, normal_triangles, lit.area[ids], lit.frame)
+    return part, np.where(twins[kept] >= 0, half[twins[kept]], -1)
+
+
+def _used(values, triangles):
+    """The values that triangles use, and the triangles into them."""
+    used = np.zeros(len(values), bool)
+    used[triangles] = True
+    return values[used], (np.cumsum(used) - 1)[triangles]
+
+
 def may_be_shadowed(lit, positions, triangles):
     """Whether (T,) an object could stand between the sun and each triangle of the water: False is certain.
 

@@ -9,7 +9,7 @@ import numpy as np
 
 class Status(IntEnum):
     EMPTY = 0  # no receiver here
-    LIT = 1  # refracted light arrives
+    LIT = 1  # light from the water arrives
     DARK = 2  # photons: none arrived
     NO_WATER = 3  # walk: the straight ray to the sun does not pass the water
     OFF_THE_RIM = 4  # walk: the curve left the water's mesh before a root

@@ -17,7 +17,10 @@ from .mesh_arrays import TopologyCache
 from .record import Record, frame_entry, summary
 from .write import check_folder, folder_name, map_path, write_exr
 
-_NO_LIGHT = "No refracted light reaches a receiver; check that the water lies between the sun and the receivers."
+_NO_LIGHT = (
+    "No light from the water reaches receiver '{}'; check that the water lies between the sun and it, "
+    "or that it stands where the water mirrors the sun."
+)
 LEAST_RESOLUTION, MOST_RESOLUTION = 16, 16384
 
 
@@ -92,8 +95,8 @@ def _bake_frame(depsgraph, number, request, topology, texels):
     clock.lap("texels")
     solution = methods.solve(scene, charts, request.settings)
     clock.lap("solve")
-    if not any(flux.any() for flux in solution.diagnostics.flux_received.values()):
-        warnings = [*warnings, _NO_LIGHT]
+    received = solution.diagnostics.flux_received
+    warnings = [*warnings, *(_NO_LIGHT.format(name) for name, flux in received.items() if not flux.any())]
     paths = {receiver: map_path(request.out, receiver, number) for receiver in request.receivers}
     for path, image in zip(paths.values(), solution.images):
         write_exr(path, image)

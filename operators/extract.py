@@ -48,7 +48,6 @@ def read_scene(depsgraph, water_names, receiver_names, topology):
             )
     water, eta = _join([found.water[name] for name in water_names], topology, found.warnings)
     receivers = tuple(found.receivers[name] for name in receiver_names)
-    _check_below(receivers, water)
     suns, remarks = read_suns(found.lamps)
     warnings = found.warnings + remarks + _unseen(depsgraph, found.seen, {*water_names, *receiver_names})
     return Scene(water, receivers, tuple(found.occluders), suns, eta), list(dict.fromkeys(warnings))
@@ -159,17 +158,6 @@ def _check_mesh(what, arrays):
             f"{what} has coordinates that are not numbers at {broken} of its {len(arrays.positions)} vertices; "
             "check its modifiers, drivers and cache for divisions by zero."
         )
-
-
-def _check_below(receivers, water):
-    """Raise DappleError for a receiver that lies wholly above the water's highest point."""
-    top = water.positions[:, 2].max()
-    for receiver in receivers:
-        if receiver.positions[:, 2].min() > top:
-            raise DappleError(
-                f"Receiver '{receiver.name}' lies wholly above the water, where no refracted light goes; "
-                "move it below, or take it out of the receivers."
-            )
 
 
 def _join(parts, topology, warnings):

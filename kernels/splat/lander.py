@@ -1,4 +1,4 @@
-"""Where refracted rays land: which receiver they meet first, and at which texel coordinates.
+"""Where refracted or reflected rays land: which receiver they meet first, and at which texel coordinates.
 
 A ray is cast in float32; where it lands is computed in float64, through each receiver triangle's affine map from the
 world to texel coordinates.
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..rays import MISS
-from .photons import bend
+from .photons import bend, bounce
 
 MISSED, OCCLUDED, SHADOWED = -1, -2, -3
 LOST = {MISSED: "missed", OCCLUDED: "occluded", SHADOWED: "shadowed"}
@@ -22,7 +22,7 @@ _SPREAD = 16.0  # area on the receiver per area of the beam, at most: light alon
 class Nodes:
     """Points of the water and where their rays land: m, n (3,k) position and normal, interpolated, not unit; chart
     (k,) by number, or MISSED, OCCLUDED, SHADOWED; x, y (k,) texel coordinates; spread (k,) area on the
-    receiver per area of the beam; passed (k,) transmittance."""
+    receiver per area of the beam; passed (k,) share of the light that goes this way."""
 
     m: np.ndarray
     n: np.ndarray
@@ -46,14 +46,14 @@ class Nodes:
 
 
 class Lander:
-    """Refracts rays at points of the water and finds where they land.
+    """Refracts rays at points of the water, or reflects them, and finds where they land.
 
     receivers of a Scene and their Texels; tracer: a Tracer over the receivers, in their order, and all that occludes;
-    sun (3,): unit direction to the sun. Charts are numbered through all receivers; image (charts,) is the receiver that
+    sun (3,): unit direction to the sun; mirrored: reflect, do not refract. Charts are numbered through all receivers; image (charts,) is the receiver that
     each belongs to.
     """
 
-    def __init__(self, receivers, texels, tracer, sun, eta):
+    def __init__(self, receivers, texels, tracer, sun, eta, mirrored=False):
         maps = [texel_maps(r, t.resolution) for r, t in zip(receivers, texels, strict=True)]
         self._maps = np.ascontiguousarray(np.concatenate([np.zeros((0, 3, 4)), *maps]).reshape(-1, 12).T)
         counts = [t.chart.max(initial=-1) + 1 for t in texels]
@@ -61,11 +61,13 @@ class Lander:
         self._charts = np.concatenate([np.zeros(0, np.int64), *(t.chart + b for t, b in zip(texels, bases))])
         self.image = np.repeat(np.arange(len(texels)), counts)
         self._tracer, self._sun, self._eta = tracer, sun, eta
+        self.refracts = not mirrored
+        self._turn, self._keep = (bounce, 1.0) if mirrored else (bend, 1 / eta)
 
     def land(self, m, n, shadowed):
         """Nodes of points m (3,k) with normals n (3,k), in the world; shadowed (k,) bool: look for a shadow there."""
-        g, passed = bend(self._sun @ n, (n * n).sum(0), self._eta)
-        direction = n * g - (self._sun / self._eta)[:, None]
+        g, passed = self._turn(self._sun @ n, (n * n).sum(0), self._eta)
+        direction = n * g - (self._sun * self._keep)[:, None]
         hit = self._tracer.first(m.T, direction.T)
         on_receiver = (hit != MISS) & (hit < len(self._charts))
         chart = np.where(hit == MISS, MISSED, OCCLUDED)

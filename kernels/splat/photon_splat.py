@@ -13,7 +13,7 @@ import time
 
 import numpy as np
 
-from ..lit_water import light_water, may_be_shadowed
+from ..lit_water import light_water, may_be_shadowed, part_of
 from ..rays import Tracer, soup
 from ..scene import Diagnostics, Sun
 from ..solution import answer, check_texels
@@ -22,6 +22,7 @@ from .beams import splat
 from .lander import Lander
 from .landing import Plane, Rays
 from .photons import batches
+from .reflection import may_reflect_onto
 from .sheet import Sheet
 
 _PILOT = 2.0  # photons a texel in each half of the first draw, which only tells how many are needed
@@ -35,7 +36,7 @@ _REASONS = {False: "beams find every path, without noise, whatever the receiver"
 _LEFT_OUT = [
     "what lies between the rays: objects less than about six texels wide as the light sees them count in part",
     "the sun's disc: light comes from its centre",
-    "light that meets the water twice, is reflected by it or is absorbed in it",
+    "light that meets the water twice or is absorbed in it",
 ]
 
 
@@ -69,35 +70,69 @@ class _Lit:
     def __init__(self, scene, sun, texels, tracer, solids):
         self.scene, self.sun, self.texels = scene, sun, texels
         self.water = light_water(scene.water, sun)
-        self.shadowed = may_be_shadowed(self.water, *solids)
-        self.lander = Lander(scene.receivers, texels, tracer, self.water.frame[2], scene.eta)
-        self._points = None
+        shadowed = may_be_shadowed(self.water, *solids)
+        mirrors = may_reflect_onto(self.water, scene.receivers)
+
+        def lander(mirrored):
+            return Lander(scene.receivers, texels, tracer, self.water.frame[2], scene.eta, mirrored)
+
+        self._ways = [_Way(self.water, scene.water.twins, shadowed, lander(mirrored=False))]
+        if mirrors.any():
+            part = part_of(self.water, scene.water.twins, mirrors)
+            self._ways.append(_Way(*part, shadowed[mirrors], lander(mirrored=True)))
 
     def spread(self, bend):
         """Flux [W for 1 W/m^2] per owned texel (K,) and per cause of loss, by beams that bend by `bend` texels."""
-        sheet = Sheet(self.lander.image, len(self.texels), self.texels[0].resolution)
+        sheet = Sheet(self._ways[0].lander.image, len(self.texels), self.texels[0].resolution)
         finest = min(t.area.sum() / len(t.area) for t in self.texels)
-        lost = splat(self.water, self.scene.water.twins, self.lander, self.shadowed, sheet, finest, bend)
+        lost = [splat(w.water, w.twins, w.lander, w.shadowed, sheet, finest, bend) for w in self._ways]
         return self._own(sheet.flux(), lost)
 
     def throw(self, photons, rng):
         """As `spread`, by about `photons` points, and how many there were."""
-        if self._points is None:
-            plane = Plane.of(self.scene, self.texels, self.water) if not self.shadowed.any() else None
-            self._points = plane or Rays(
-                self.lander, len(self.texels), self.texels[0].resolution, self.water, self.shadowed
-            )
-        used = 0
-        for triangles, points, flux in batches(self.water, photons, rng):
-            self._points.add(triangles, points, flux)
-            used += len(triangles) * points.shape[1]
-        return *self._own(*self._points.take()), used
+        flux, lost, used = 0.0, [], 0
+        for way in self._ways:
+            landing = way.points(self.scene, self.texels)
+            for triangles, points, each in batches(way.water, photons * way.share(self.water), rng):
+                landing.add(triangles, points, each)
+                used += len(triangles) * points.shape[1]
+            landed, own = landing.take()
+            flux, lost = flux + landed, [*lost, own]
+        return *self._own(flux, lost), used
 
     def _own(self, flux, lost):
-        """What the texels own of the images' flux; what fell beside the charts is missed."""
+        """What the texels own of the images' flux; what fell beside the charts is missed.
+
+        Light that is reflected is lost, by the first of `lost`, until the way that follows it has brought it home.
+        """
+        books = lost[0]
+        for way, own in zip(self._ways[1:], lost[1:]):
+            books["reflected"] -= way.water.area.sum() - sum(own.values())
         parts = [t.gather(part) for t, part in zip(self.texels, np.split(flux, len(self.texels)), strict=True)]
-        lost["missed"] += sum(off for _, off in parts)
-        return np.concatenate([owned for owned, _ in parts]), lost
+        books["missed"] += sum(off for _, off in parts)
+        return np.concatenate([owned for owned, _ in parts]), books
+
+
+class _Way:
+    """A way that light takes from the water, through it or off it: from which LitWater, with its twins, where it may
+    lie in a shadow (T,), and the Lander that follows it."""
+
+    def __init__(self, water, twins, shadowed, lander):
+        self.water, self.twins, self.shadowed, self.lander = water, twins, shadowed, lander
+        self._points = None
+
+    def share(self, water):
+        """Share of the light on `water` that starts this way."""
+        total = water.area.sum()
+        return self.water.area.sum() / total if total else 0.0
+
+    def points(self, scene, texels):
+        """What lands points that go this way."""
+        if self._points is None:
+            plane = Plane.of(scene, texels, self.water) if self.lander.refracts and not self.shadowed.any() else None
+            rays = (self.lander, len(texels), texels[0].resolution, self.water, self.shadowed)
+            self._points = plane or Rays(*rays)
+        return self._points
 
 
 def _by_beams(suns, texels, settings, work):

@@ -67,8 +67,22 @@ def bend(along_sun, squared, eta):
 
     along_sun (n,) = N.s, squared (n,) = |N|^2. Light that meets the back of a normal passes nothing: T = 0.
     """
-    inverse = 1 / np.sqrt(np.maximum(squared, np.finfo(float).tiny))
+    inverse = _inverse_length(squared)
     cos_i = np.maximum(along_sun * inverse, 0.0)
     cos_t = cosine_refracted(cos_i, eta)
     g = (cos_i / eta - cos_t) * inverse
     return g, fresnel_transmittance(cos_i, cos_t, eta) * (cos_i > 0)
+
+
+def bounce(along_sun, squared, eta):
+    """What reflection does at normals N, as `bend`: g (n,) with t = d + g N, and the reflectance (n,), 1 - T.
+
+    Light that meets the back of a normal goes on as it came, the limit of grazing.
+    """
+    inverse = _inverse_length(squared)
+    cos_i = np.maximum(along_sun * inverse, 0.0)
+    return 2 * cos_i * inverse, 1 - fresnel_transmittance(cos_i, cosine_refracted(cos_i, eta), eta)
+
+
+def _inverse_length(squared):
+    return 1 / np.sqrt(np.maximum(squared, np.finfo(float).tiny))

@@ -1,0 +1,61 @@
+"""Which of the water may send reflected light to what stands above it, so that only that is followed.
+
+Reflected rays rise. What they can meet, the parts of receivers above the lowest water, is drawn on a grid over the
+water's plan: each of its triangles as the rectangle of all points from which a ray, within the range of the directions
+that there are, can come to it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+_CELLS = 128  # along each side of the grid
+_LEVEL = 0.1  # rise of a unit ray; those that rise less go far, and are followed without a look at the grid
+
+
+def may_reflect_onto(lit, receivers):
+    """Whether (T,) light that a LitWater's triangles reflect could reach a Receiver: False is certain, as far as the
+    directions inside a triangle lie between those at its corners."""
+    lights = lit.area > 0
+    if not lights.any():
+        return lights
+    corners = (lit.positions @ lit.frame)[lit.triangles[lights]]
+    lowest = corners[:, :, 2].min()
+    solid = [r.positions[r.triangles] for r in receivers]
+    solid = np.concatenate([np.zeros((0, 3, 3)), *(s[s[:, :, 2].max(1) > lowest] for s in solid)])
+    ray = reflected(lit.normals, np.array([0.0, 0.0, 1.0])) @ lit.frame
+    rise = ray[:, 2][lit.normal_triangles[lights]].min(1)
+    near = rise < _LEVEL
+    if len(solid) and not near.all():
+        ray = ray[np.unique(lit.normal_triangles[lights][~near])]
+        near |= _under(corners, solid, ray[:, :2] / ray[:, 2:], lowest)
+    elif not len(solid):
+        near = rise < 0  # down, to what lies below
+    lights[lights] = near
+    return lights
+
+
+def reflected(normals, towards):
+    """Unit directions (n,3) of light from the unit direction `towards` (3,) after reflection at normals (n,3)."""
+    along = np.maximum(normals @ towards, 0) / np.maximum((normals**2).sum(1), np.finfo(float).tiny)
+    return 2 * along[:, None] * normals - towards
+
+
+def _under(corners, solid, drift, lowest):
+    """Whether (n,) triangles corners (n,3,3) may meet triangles solid (S,3,3) along rays that drift by drift (k,2)
+    per metre of rise, from no deeper than `lowest`."""
+    plan = corners[:, :, :2]
+    low, high = plan.min((0, 1)), plan.max((0, 1))
+    edge = (plan.max(1) - plan.min(1)).max(0)
+    cell = np.maximum((high - low) / _CELLS, np.finfo(float).tiny)
+    height = solid[:, :, 2].max(1)[:, None] - lowest
+    first = solid[:, :, :2].min(1) - np.maximum(height * drift.max(0), 0) - edge
+    last = solid[:, :, :2].max(1) - np.minimum(height * drift.min(0), 0) + edge
+    first = np.clip((first - low) // cell, 0, _CELLS + 1).astype(np.int64)
+    last = np.clip((last - low) // cell + 1, 0, _CELLS + 1).astype(np.int64)
+    count = np.zeros((_CELLS + 2, _CELLS + 2), np.int64)
+    for column, row, sign in ((first, first, 1), (last, last, 1), (first, last, -1), (last, first, -1)):
+        np.add.at(count, (column[:, 0], row[:, 1]), sign)
+    count = count.cumsum(0).cumsum(1)
+    at = np.clip((plan[:, 0] - low) // cell, 0, _CELLS).astype(np.int64)
+    return count[at[:, 0], at[:, 1]] > 0
