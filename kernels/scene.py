@@ -195,8 +195,9 @@ class Diagnostics:
 
 @dataclass(frozen=True)
 class Solution:
-    """images: per receiver (H,W,3) float64 irradiance [W/m^2], row 0 at v = 0, padded past chart borders;
-    status: per receiver (H,W) uint8, see `status.py`; diagnostics."""
+    """images: per receiver (H,W,3) float64 irradiance [W/m^2], row 0 at v = 0, padded past chart borders: what goes
+    through the water or off it, and nothing that comes straight from a light; status: per receiver (H,W) uint8, see
+    `status.py`; diagnostics."""
 
     images: tuple[np.ndarray, ...]
     status: tuple[np.ndarray, ...]

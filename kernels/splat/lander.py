@@ -49,8 +49,8 @@ class Lander:
     """Refracts rays at points of the water, or reflects them, and finds where they land.
 
     receivers of a Scene and their Texels; tracer: a Tracer over the receivers, in their order, and all that occludes;
-    sun (3,): unit direction to the sun; mirrored: reflect, do not refract. Charts are numbered through all receivers; image (charts,) is the receiver that
-    each belongs to.
+    sun (3,): unit direction to the sun; mirrored: reflect, do not refract. Charts are numbered through all receivers;
+    image (charts,) is the receiver that each belongs to.
     """
 
     def __init__(self, receivers, texels, tracer, sun, eta, mirrored=False):

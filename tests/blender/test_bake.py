@@ -13,6 +13,7 @@ import pytest
 from dapple.operators.bake import bake, request_from_scene
 from dapple.operators.errors import DappleError
 from dapple.tests.blender.small_pool import add_grid, build_pool, files_in, read_exr, solve_by_height, use_solver
+from dapple.tests.waves import transmitted
 
 
 @pytest.fixture
@@ -205,5 +206,17 @@ def test_water_that_lights_nothing_is_said(empty_scene, out):
     build_pool(empty_scene, out)
     bpy.data.objects["Water"].location.x = 10.0
     *_, last = run(empty_scene, frames=(1,))
-    assert any("No refracted light reaches a receiver" in warning for warning in last.warnings)
-    assert any("No refracted light" in warning for warning in record(out)["frames"]["1"]["warnings"])
+    assert any("No light from the water reaches receiver 'Floor'" in warning for warning in last.warnings)
+    assert any("No light from the water" in warning for warning in record(out)["frames"]["1"]["warnings"])
+
+
+def test_a_receiver_above_the_water_takes_what_is_reflected(empty_scene, out):
+    build_pool(empty_scene, out)
+    bpy.data.objects["Floor"].location.z = 2.0
+    bpy.data.objects["Sun"].rotation_euler.y = -0.5  # light travels towards -x, and off the water still so
+    *_, last = run(empty_scene, frames=(1,))
+    frame = record(out)["frames"]["1"]
+    # It shades what lies below it: light comes in past its edge only, over tan(0.5) m, on 2 m of still water.
+    expected = 2 * math.sin(0.5) * (1 - transmitted(math.cos(0.5)))
+    assert frame["flux_received"]["Floor"][0] == pytest.approx(expected, rel=0.01)
+    assert not last.warnings
