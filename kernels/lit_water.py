@@ -68,6 +68,9 @@ def may_be_shadowed(lit, positions, triangles):
     sun are drawn, as a maximum, on a grid across the light whose cells are as wide as the longest edge of the water, so
     that all that stands over a triangle lies in the cells round its first vertex.
     """
+    up = lit.frame[:, 2]  # in the light's frame
+    if up[2] > 0 and positions[:, 2].max(initial=-np.inf) < (lit.positions @ up).min(initial=np.inf):
+        return np.zeros(len(lit.triangles), bool)  # nothing is higher than the water, and the light comes from above
     first = lit.positions[lit.triangles[:, 0]]
     corners = lit.positions[:, :2][lit.triangles]
     edge = np.sqrt(((corners - np.roll(corners, 1, axis=1)) ** 2).sum(2).max(initial=0))

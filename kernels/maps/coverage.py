@@ -64,10 +64,9 @@ def _deposit(starts, ends, weights, shape, deposits):
     low, high = np.clip(left, 0, width), np.clip(right, 0, width)
     out = np.flatnonzero((left < 0) | (right > width))
     if len(out):  # left of the grid it covers whole rows, right of it nothing
-        span = np.maximum((right - left)[out], np.finfo(float).tiny)
-        before = np.clip((np.minimum(right[out], 0) - left[out]) / span, 0, 1)
+        before, within = _shares(left[out], right[out], low[out], high[out])
         deposits.add(row[out] * (width + 3), rise[:, out] * before)
-        rise[:, out] *= np.where(left[out] < right[out], (high - low)[out] / span, left[out] >= 0)
+        rise[:, out] *= within
     first = np.floor(low)
     cell = row * (width + 3) + first.astype(np.int64)
     low -= first
@@ -77,6 +76,14 @@ def _deposit(starts, ends, weights, shape, deposits):
         _add_wide(cell[wide], low[wide], high[wide], rise[:, wide], deposits)
         rise[:, wide] = 0
     _add_narrow(cell, low, high, rise, deposits)
+
+
+def _shares(left, right, low, high):
+    """Of pieces from `left` to `right`, of which low to high is on the grid: shares to the left of it and on it."""
+    upright = left == right
+    span = np.where(upright, 1.0, right - left)
+    before = np.where(upright, left < 0, np.clip(np.minimum(right, 0) - left, 0, None) / span)
+    return before, np.where(upright, left >= 0, (high - low) / span)
 
 
 def _rows(x0, y0, x1, y1, height):

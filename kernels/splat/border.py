@@ -11,34 +11,34 @@ import numpy as np
 _STEPS = 8  # bisections: the border is found to 1 / 2^8 of an edge
 
 # Per lone corner: the six nodes (corners 0-2, middles 3-5 of the edges from them) in the order that puts it first.
-_TURNS = np.array([[0, 1, 2, 3, 4, 5], [1, 2, 0, 4, 5, 3], [2, 0, 1, 5, 3, 4]])
+_TURNS = np.array([[0, 1, 2, 3, 4, 5], [1, 2, 0, 4, 5, 3], [2, 0, 1, 5, 3, 4]]).T
 
 
 def straddlers(chart):
-    """Which (n,) triangles one straight border can cut, by the sides chart (n,6) of their nodes, and the order (n,6) of
+    """Which (n,) triangles one straight border can cut, by the sides chart (6,n) of their nodes, and the order (6,n) of
     their nodes that puts the lone corner first."""
-    a, b, c = chart[:, 0], chart[:, 1], chart[:, 2]
-    lone = np.where(b == c, 0, np.where(a == c, 1, 2))
-    order = _TURNS[lone]
-    side = np.take_along_axis(chart, order, axis=1)
-    one, other = side[:, 0], side[:, 1]
-    two = (one != other) & (side[:, 2] == other) & (side[:, 4] == other)
-    two &= ((side[:, 3] == one) | (side[:, 3] == other)) & ((side[:, 5] == one) | (side[:, 5] == other))
+    a, b, c = chart[:3]
+    order = _TURNS[:, np.where(b == c, 0, np.where(a == c, 1, 2))]
+    side = np.take_along_axis(chart, order, axis=0)
+    one, other = side[:2]
+    two = (one != other) & (side[2] == other) & (side[4] == other)
+    two &= ((side[3] == one) | (side[3] == other)) & ((side[5] == one) | (side[5] == other))
     return two, order
 
 
 def cut(lander, nodes, six, shade):
-    """Where the border crosses both edges from the lone corner, six[:, 0], of triangles six (n,6), see `straddlers`.
+    """Where the border crosses both edges from the lone corner, six[0], of triangles six (6,n), see `straddlers`.
 
     Returns, for the edges to the second and third corner, the share (n,) of the edge on the lone corner's side, and the
     Nodes just before and just behind the border; and (n,) whether only the two sides were met.
     """
-    sound = np.ones(len(six), bool)
+    count = six.shape[1]
+    sound = np.ones(count, bool)
     crossings = []
     for corner in (1, 2):
-        near, far = nodes.take(six[:, 0]), nodes.take(six[:, corner])
+        near, far = nodes.take(six[0]), nodes.take(six[corner])
         one, other = near.chart, far.chart
-        low, high = np.zeros(len(six)), np.ones(len(six))
+        low, high = np.zeros(count), np.ones(count)
         m0, dm, n0, dn = near.m, far.m - near.m, near.n, far.n - near.n
         for _ in range(_STEPS):
             middle = (low + high) / 2

@@ -22,7 +22,7 @@ _SPREAD = 16.0  # area on the receiver per area of the beam, at most: light alon
 class Nodes:
     """Points of the water and where their rays land: m, n (3,k) position and normal, interpolated, not unit; chart
     (k,) by number, or MISSED, OCCLUDED, SHADOWED; x, y (k,) texel coordinates; spread (k,) area on the
-    receiver per area of the beam; passed (k,) share of the light that goes this way."""
+    receiver per area of the beam; passed (C,k) share of the light that goes this way and arrives, per channel."""
 
     m: np.ndarray
     n: np.ndarray
@@ -46,12 +46,15 @@ class Nodes:
 
 
 class Lander:
-    """Refracts rays at points of the water, or reflects them, and finds where they land.
+    """Refracts rays at points of the water, or reflects them, and finds where they land; what lies between two rays is
+    not `certain`.
 
     receivers of a Scene and their Texels; tracer: a Tracer over the receivers, in their order, and all that occludes;
     sun (3,): unit direction to the sun; mirrored: reflect, do not refract. Charts are numbered through all receivers;
     image (charts,) is the receiver that each belongs to.
     """
+
+    certain = False
 
     def __init__(self, receivers, texels, tracer, sun, eta, mirrored=False):
         maps = [texel_maps(r, t.resolution) for r, t in zip(receivers, texels, strict=True)]
@@ -61,8 +64,8 @@ class Lander:
         self._charts = np.concatenate([np.zeros(0, np.int64), *(t.chart + b for t, b in zip(texels, bases))])
         self.image = np.repeat(np.arange(len(texels)), counts)
         self._tracer, self._sun, self._eta = tracer, sun, eta
-        self.refracts = not mirrored
         self._turn, self._keep = (bounce, 1.0) if mirrored else (bend, 1 / eta)
+        self._side = max((t.resolution for t in texels), default=0)
 
     def land(self, m, n, shadowed):
         """Nodes of points m (3,k) with normals n (3,k), in the world; shadowed (k,) bool: look for a shadow there."""
@@ -80,12 +83,13 @@ class Lander:
                 point = m - self._along(0, triangle, m, 1) / fall * direction
                 x, y = self._along(1, triangle, point, 1), self._along(2, triangle, point, 1)
             on_receiver &= np.isfinite(x) & np.isfinite(y)
+            x, y = np.clip(x, 0, self._side), np.clip(y, 0, self._side)
             chart = np.where(on_receiver, np.take(self._charts, triangle), chart)
             spread = np.where(on_receiver, 1 / np.maximum(np.abs(fall), 1 / _SPREAD), 1.0)
         looked = np.flatnonzero(shadowed)
         towards = np.broadcast_to(self._sun, (len(looked), 3))
         chart[looked[self._tracer.blocked(m[:, looked].T, towards)]] = SHADOWED
-        return Nodes(m, n, chart, x, y, spread, passed)
+        return Nodes(m, n, chart, x, y, spread, passed[None])
 
     def _along(self, row, triangle, vectors, homogeneous):
         maps = self._maps[4 * row : 4 * row + 4]

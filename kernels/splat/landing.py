@@ -7,11 +7,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from .lander import LOST, SHADOWED, texel_maps
+from .lander import LOST, SHADOWED
 from .photons import Forms, bend
 
 _PENDING = 1 << 19  # photons between two bincounts: their bins are larger than the cache
-_FLAT = 1e-5  # of the map's side: how far a receiver's corners may be from one plane and one affine map
 
 
 class Bins:
@@ -64,7 +63,7 @@ class Rays:
         for code, lost in self._causes.items():
             cell[nodes.chart == code] = lost
         flux = np.repeat(flux, points.shape[1])
-        through = flux * np.where(nodes.chart == SHADOWED, 1.0, nodes.passed)
+        through = flux * np.where(nodes.chart == SHADOWED, 1.0, nodes.passed[0])
         self._bins.add(cell, through)
         self._bins.add(np.full(1, self._bins.count + len(LOST)), np.array([(flux - through).sum()]))
 
@@ -74,23 +73,7 @@ class Rays:
 
 
 class Plane:
-    """Photons land on the only receiver, a plane with one affine UV map: no ray is needed."""
-
-    @classmethod
-    def of(cls, scene, texels, lit):
-        """The Plane of a scene that is one planar receiver with whole texels and nothing in the way, else None."""
-        if len(scene.receivers) != 1 or scene.occluders:
-            return None
-        receiver, own = scene.receivers[0], texels[0]
-        maps = texel_maps(receiver, own.resolution)
-        widest = maps[np.argmax(np.abs(maps[:, 0, :3]).sum(1))]
-        v = receiver.positions[receiver.triangles].reshape(-1, 3)
-        image = v @ widest[:, :3].T + widest[:, 3]
-        per_metre = np.linalg.norm(widest[1, :3])
-        off = np.abs(image[:, 1:] - receiver.uvs.reshape(-1, 2) * own.resolution).max(initial=0)
-        if max(off, np.abs(image[:, 0]).max(initial=0) * per_metre) > _FLAT * own.resolution:
-            return None
-        return cls(own, scene.eta, lit, widest) if own.whole[own.texel].all() else None
+    """Photons land on the only receiver, of which `plane.one_plane` gives the map: no ray is needed."""
 
     def __init__(self, own, eta, lit, plane):
         self._resolution, self._eta = own.resolution, eta

@@ -22,16 +22,15 @@ from .beams import splat
 from .lander import Lander
 from .landing import Plane, Rays
 from .photons import batches
+from .plane import PlaneLander, one_plane
 from .reflection import may_reflect_onto
 from .sheet import Sheet
 
 _PILOT = 2.0  # photons a texel in each half of the first draw, which only tells how many are needed
 _DECAY = 1.45  # measured: the error of stratified photons falls as n^-1.45, over still water and over folds alike
 _MARGIN = 1.08
+_ROUNDING = 1e-12
 _MOST = 1 << 26  # photons in a half
-# Measured on pools and an ocean: error against the same mesh for a bend of one texel, within a factor of four.
-_ERROR_PER_BEND = 1e-3
-_BENDS = 0.02, 0.25  # texels
 _REASONS = {False: "beams find every path, without noise, whatever the receiver", True: "points find every path"}
 _LEFT_OUT = [
     "what lies between the rays: objects less than about six texels wide as the light sees them count in part",
@@ -72,21 +71,33 @@ class _Lit:
         self.water = light_water(scene.water, sun)
         shadowed = may_be_shadowed(self.water, *solids)
         mirrors = may_reflect_onto(self.water, scene.receivers)
+        plane = None if shadowed.any() else one_plane(scene, texels)
 
         def lander(mirrored):
             return Lander(scene.receivers, texels, tracer, self.water.frame[2], scene.eta, mirrored)
 
-        self._ways = [_Way(self.water, scene.water.twins, shadowed, lander(mirrored=False))]
+        if plane is None:
+            through = lander(mirrored=False)
+        else:
+            through = PlaneLander(plane, texels[0].chart, self.water.frame[2], scene.eta)
+        self._ways = [_Way(self.water, scene.water.twins, shadowed, through)]
         if mirrors.any():
             part = part_of(self.water, scene.water.twins, mirrors)
             self._ways.append(_Way(*part, shadowed[mirrors], lander(mirrored=True)))
 
-    def spread(self, bend):
-        """Flux [W for 1 W/m^2] per owned texel (K,) and per cause of loss, by beams that bend by `bend` texels."""
+    def spread(self, tolerance):
+        """Flux [W for 1 W/m^2] per owned texel (K,) and per cause of loss, by beams, and its predicted relative mean
+        squared error, which is to be within the tolerance."""
         sheet = Sheet(self._ways[0].lander.image, len(self.texels), self.texels[0].resolution)
-        finest = min(t.area.sum() / len(t.area) for t in self.texels)
-        lost = [splat(w.water, w.twins, w.lander, w.shadowed, sheet, finest, bend) for w in self._ways]
-        return self._own(sheet.flux(), lost)
+        texel_area = [t.area.sum() / len(t.area) for t in self.texels]
+        count, area = sum(len(t.area) for t in self.texels), sum(t.area.sum() for t in self.texels)
+        square = count * (self.water.area.sum() / area) ** 2  # of the mean, if all light arrives
+        lost, errors = zip(*(splat(*w.start(), sheet, texel_area, tolerance * square) for w in self._ways), strict=True)
+        flux = sheet.flux()
+        beside = sheet.landed - flux.sum(1)
+        lost[0]["missed"] += np.where(beside > _ROUNDING * sheet.landed, beside, 0.0)
+        mean = flux.sum() / sheet.channels / area
+        return *self._own(flux[0], lost), sum(errors) / (count * mean**2) if mean > 0 else 0.0
 
     def throw(self, photons, rng):
         """As `spread`, by about `photons` points, and how many there were."""
@@ -121,6 +132,10 @@ class _Way:
         self.water, self.twins, self.shadowed, self.lander = water, twins, shadowed, lander
         self._points = None
 
+    def start(self):
+        """What `splat` takes of it."""
+        return self.water, self.twins, self.lander, self.shadowed
+
     def share(self, water):
         """Share of the light on `water` that starts this way."""
         total = water.area.sum()
@@ -129,23 +144,26 @@ class _Way:
     def points(self, scene, texels):
         """What lands points that go this way."""
         if self._points is None:
-            plane = Plane.of(scene, texels, self.water) if self.lander.refracts and not self.shadowed.any() else None
-            rays = (self.lander, len(texels), texels[0].resolution, self.water, self.shadowed)
-            self._points = plane or Rays(*rays)
+            if self.lander.certain:
+                self._points = Plane(texels[0], scene.eta, self.water, self.lander.plane)
+            else:
+                self._points = Rays(self.lander, len(texels), texels[0].resolution, self.water, self.shadowed)
         return self._points
 
 
 def _by_beams(suns, texels, settings, work):
     """Irradiance (K,3) by beams; books losses."""
-    bend = float(np.clip(settings.tolerance / _ERROR_PER_BEND, *_BENDS))
-    flux = np.zeros((sum(len(t.texel) for t in texels), 3))
+    area = np.concatenate([t.area for t in texels])
+    irradiance = np.zeros((len(area), 3))
+    errors = [0.0]
     for lit in suns:
-        owned, lost = lit.spread(bend)
-        flux += owned[:, None] * lit.sun.irradiance
+        owned, lost, error = lit.spread(settings.tolerance)
+        irradiance += (owned / area)[:, None] * lit.sun.irradiance
+        errors.append(error)
         _book(work, lost, lit.sun)
-    work.estimated_error = _ERROR_PER_BEND * bend
+    work.estimated_error = max(errors)
     work.paths = {"beams": sum(np.count_nonzero(lit.water.area) for lit in suns)}
-    return flux / np.concatenate([t.area for t in texels])[:, None]
+    return irradiance
 
 
 def _book(work, lost, sun):

@@ -5,51 +5,76 @@ from __future__ import annotations
 import numpy as np
 
 from ..maps.coverage import edge_coverage
-from ..maps.uv_raster import cross2
 
 _ROUNDING = 1e-13  # of all flux
 _THIN = 1e-9  # texels^2: images without area land point by point
+_NEXT = [1, 2, 0]
 
 
 class Sheet:
-    """`images` images of resolution^2 texels, one above the other; image (charts,) says which one each chart is in."""
+    """`images` images of resolution^2 texels, one above the other, in `channels`; image (charts,) says which one each
+    chart is in. `landed` (C,) is the flux of all that was left, that beyond the image's rim included."""
 
-    def __init__(self, image, images, resolution):
-        self.image, self.images, self.resolution = image, images, resolution
+    def __init__(self, image, images, resolution, channels=1):
+        self.image, self.images, self.resolution, self.channels = image, images, resolution, channels
+        self.landed = np.zeros(channels)
         self._starts, self._ends, self._weights = [], [], []
-        self._flux = np.zeros(images * resolution**2)
+        self._flux = np.zeros((channels, images * resolution**2))
 
     def add_triangles(self, chart, x, y, flux):
-        """Spread flux (n,) evenly over triangles x, y (n,3) [texel] of charts chart (n,)."""
-        x, y = (np.clip(v, 0, self.resolution) for v in (x, y))
-        area = cross2(*(np.stack([x[:, k] - x[:, 0], y[:, k] - y[:, 0]], 1) for k in (1, 2))) / 2
+        """Spread flux (C,n) evenly over triangles x, y (3,n) [texel] of charts chart (n,)."""
+        spread, density = self._densities(chart, x, y, flux)
+        x, y = x[:, spread], y[:, spread] + np.take(self.image, chart[spread]) * self.resolution
+        self._starts.append(np.stack([x.ravel(), y.ravel()]))
+        self._ends.append(np.stack([x[_NEXT].ravel(), y[_NEXT].ravel()]))
+        self._weights.append(np.tile(density, 3))
+
+    def add_mesh(self, mesh, index, x, y, flux):
+        """As `add_triangles`, triangles index (n,) of MeshNodes: the edges that two of them share carry the difference
+        of their densities."""
+        nodes = mesh.nodes
+        chart = np.take(nodes.chart, np.take(mesh.corner[0], index))
+        spread, density = self._densities(chart, x, y, flux)
+        edge, sign = (np.take(v, index[spread], axis=1) for v in (mesh.edge, mesh.sign))
+        edges = len(mesh.tail)
+        weights = np.stack([np.bincount(edge.ravel(), (sign * own).ravel(), edges) for own in density])
+        used = np.flatnonzero(weights.any(0))
+        tail, head = mesh.tail[used], mesh.head[used]
+        above = np.take(self.image, np.take(nodes.chart, tail)) * self.resolution
+        self._starts.append(np.stack([np.take(nodes.x, tail), np.take(nodes.y, tail) + above]))
+        self._ends.append(np.stack([np.take(nodes.x, head), np.take(nodes.y, head) + above]))
+        self._weights.append(np.take(weights, used, axis=1))
+
+    def _densities(self, chart, x, y, flux):
+        """Indices (s,) of the triangles x, y (3,n) to spread, and their densities (C,s); the others are left here."""
+        area = ((x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0])) / 2
         i, j = np.floor(x), np.floor(y)
-        inside = (i == i[:, :1]).all(1) & (j == j[:, :1]).all(1)
+        inside = (i[0] == i[1]) & (i[0] == i[2]) & (j[0] == j[1]) & (j[0] == j[2])
         direct = inside | (np.abs(area) < _THIN)
         spread = np.flatnonzero(~direct)
-        self.add_points(
-            np.repeat(chart[direct], 3), x[direct].ravel(), y[direct].ravel(), np.repeat(flux[direct] / 3, 3)
-        )
-        y = y[spread] + (self.image[chart[spread]] * self.resolution)[:, None]
-        after = [1, 2, 0]
-        self._starts.append(np.stack([x[spread].ravel(), y.ravel()]))
-        self._ends.append(np.stack([x[spread][:, after].ravel(), y[:, after].ravel()]))
-        self._weights.append(np.repeat(flux[spread] / area[spread], 3))
+        self.landed += np.take(flux, spread, axis=1).sum(1)
+        at = np.flatnonzero(direct)
+        for k in range(3):
+            self.add_points(chart[at], x[k, at], y[k, at], flux[:, at] / 3)
+        return spread, np.take(flux, spread, axis=1) / area[spread]
 
     def add_points(self, chart, x, y, flux):
-        """Leave flux (n,) in the texels that hold the points x, y (n,)."""
-        top = self.resolution - 1
-        i, j = np.clip(x, 0, top).astype(np.int64), np.clip(y, 0, top).astype(np.int64)
-        cell = (self.image[chart] * self.resolution + j) * self.resolution + i
-        self._flux += np.bincount(cell, flux, minlength=len(self._flux))
+        """Leave flux (C,n) in the texels that hold the points x, y (n,)."""
+        side = self.resolution
+        self.landed += flux.sum(1)
+        inside = np.flatnonzero((x >= 0) & (x <= side) & (y >= 0) & (y <= side))
+        i, j = (np.minimum(v[inside], side - 1).astype(np.int64) for v in (x, y))
+        cell = (np.take(self.image, chart[inside]) * side + j) * side + i
+        for own, more in zip(self._flux, flux, strict=True):
+            own += np.bincount(cell, more[inside], minlength=len(own))
 
     def flux(self):
-        """Flux (images * resolution^2,) of all texels."""
+        """Flux (C, images * resolution^2) of all texels."""
         if not self._starts:
             return self._flux
         shape = (self.images * self.resolution, self.resolution)
         edges = (np.concatenate(v, axis=-1) for v in (self._starts, self._ends, self._weights))
-        starts, ends, weights = edges
-        flux = self._flux + edge_coverage(starts, ends, weights[None], shape).ravel()
-        flux[np.abs(flux) < _ROUNDING * flux.sum()] = 0  # what sums along a row leave in texels that nothing covers
+        flux = self._flux + edge_coverage(*edges, shape).reshape(self.channels, -1)
+        floor = _ROUNDING * flux.sum(1, keepdims=True)
+        flux[np.abs(flux) < floor] = 0  # what sums along a row leave in texels that nothing covers
         return flux

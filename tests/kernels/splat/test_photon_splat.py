@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 from waves import OBLIQUE, calm, five_sines, flat, floor, grid, pool, quad, sun, transmitted, water
 
+from dapple.kernels.halfedges import build_twins
 from dapple.kernels.maps.texels import rasterise
 from dapple.kernels.scene import Occluder, Receiver, Scene, Settings, Water
-from dapple.kernels.splat import landing
+from dapple.kernels.splat import photon_splat
 from dapple.kernels.splat.photon_splat import solve
+from dapple.kernels.splat.plane import one_plane
 from dapple.kernels.status import Status
 
 either = pytest.mark.parametrize("points", [False, True], ids=["beams", "points"])
@@ -81,7 +83,7 @@ def test_mean_of_the_pool_is_known(points):
 def test_rays_and_the_plane_land_photons_alike(monkeypatch):
     scene = pool(quads=32)
     by_plane = bake(scene, 64, tolerance=1e-2, points=True)
-    monkeypatch.setattr(landing.Plane, "of", classmethod(lambda *_: None))
+    monkeypatch.setattr(photon_splat, "one_plane", lambda *_: None)
     by_rays = bake(scene, 64, tolerance=1e-2, points=True)
     # The same photons: only those within float32's rounding of a texel's border may differ.
     difference = np.abs(by_plane.images[0] - by_rays.images[0])[..., 0]
@@ -94,18 +96,28 @@ def test_rays_and_the_plane_land_photons_alike(monkeypatch):
 
 def test_the_plane_is_taken_only_where_it_is_right():
     direct = [rasterise(floor(), 32)]
-    lit_all = pool(quads=4)
-    from dapple.kernels.lit_water import light_water
-
-    lit = light_water(lit_all.water, lit_all.lights[0])
-    assert landing.Plane.of(lit_all, direct, lit) is not None
+    assert one_plane(pool(quads=4), direct) is not None
     hung = pool(quads=4, occluders=[Occluder("Raft", floor(z=0.5).positions, floor().triangles)])
-    assert landing.Plane.of(hung, direct, lit) is None
+    assert one_plane(hung, direct) is None
     inset = floor(uv_low=(0.1, 0.1), uv_high=(0.87, 0.87))
-    assert landing.Plane.of(pool(quads=4, receivers=[inset]), [rasterise(inset, 32)], lit) is None
+    assert one_plane(pool(quads=4, receivers=[inset]), [rasterise(inset, 32)]) is None
     bent = floor()
     bent.positions[2, 2] = 0.2
-    assert landing.Plane.of(pool(quads=4, receivers=[bent]), [rasterise(bent, 32)], lit) is None
+    assert one_plane(pool(quads=4, receivers=[bent]), [rasterise(bent, 32)]) is None
+
+
+@pytest.mark.parametrize("direction", [OBLIQUE, (0, 0, -1), (0.9, -0.4, -1)])
+def test_beams_by_rays_and_by_the_plane_give_one_picture(monkeypatch, direction):
+    scene = pool(quads=48, direction=direction)
+    by_plane = bake(scene, 64, tolerance=1e-5)
+    monkeypatch.setattr(photon_splat, "one_plane", lambda *_: None)
+    by_rays = bake(scene, 64, tolerance=1e-5)
+    difference = ((by_plane.images[0] - by_rays.images[0]) ** 2).mean() / by_rays.images[0].mean() ** 2
+    assert difference < 3e-5
+    for cause, watts in by_plane.diagnostics.flux_lost.items():
+        np.testing.assert_allclose(
+            by_rays.diagnostics.flux_lost[cause], watts, atol=1e-4 * by_rays.diagnostics.flux_in[0]
+        )
 
 
 @pytest.mark.parametrize("z", [1.9, 0.7])
@@ -159,9 +171,10 @@ def test_two_suns_add_in_colour():
 def test_winding_and_direction_of_normals_do_not_matter():
     scene = pool(quads=24, receivers=[floor(side=12.0)])
     w = scene.water
-    upside_down = Water(w.name, w.positions, w.triangles[:, ::-1], -w.normals, w.normal_triangles[:, ::-1], w.twins)
-    turned = Scene(upside_down, scene.receivers, (), scene.lights)
-    a, b = bake(scene, 16, 1e-2), bake(turned, 16, 1e-2)
+    turned = np.ascontiguousarray(w.triangles[:, ::-1])
+    upside_down = Water(w.name, w.positions, turned, -w.normals, turned, build_twins(turned))
+    scene_turned = Scene(upside_down, scene.receivers, (), scene.lights)
+    a, b = bake(scene, 16, 1e-2), bake(scene_turned, 16, 1e-2)
     np.testing.assert_allclose(a.diagnostics.flux_received["Floor"], b.diagnostics.flux_received["Floor"], rtol=1e-4)
 
 

@@ -1,0 +1,54 @@
+"""The plainest scene, and the most common: one plane that fills its lightmap, and nothing between it and the water."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .lander import MISSED, Nodes, texel_maps
+from .photons import bend
+
+_FLAT = 1e-5  # of the map's side: how far a receiver's corners may be from one plane and one affine map
+
+
+def one_plane(scene, texels):
+    """The affine map (3,4) from the world to height [m] and texel coordinates of a scene that is one planar receiver
+    with whole texels and nothing in the way, else None; see `lander.texel_maps`."""
+    if len(scene.receivers) != 1 or scene.occluders:
+        return None
+    receiver, own = scene.receivers[0], texels[0]
+    maps = texel_maps(receiver, own.resolution)
+    widest = maps[np.argmax(np.abs(maps[:, 0, :3]).sum(1))]
+    v = receiver.positions[receiver.triangles].reshape(-1, 3)
+    image = v @ widest[:, :3].T + widest[:, 3]
+    per_metre = np.linalg.norm(widest[1, :3])
+    off = np.abs(image[:, 1:] - receiver.uvs.reshape(-1, 2) * own.resolution).max(initial=0)
+    if max(off, np.abs(image[:, 0]).max(initial=0) * per_metre) > _FLAT * own.resolution:
+        return None
+    return widest if own.whole[own.texel].all() else None
+
+
+class PlaneLander:
+    """As `lander.Lander`, without a ray: where refracted light meets the plane, within its map or beyond.
+
+    plane (3,4) from `one_plane`; chart (T,) of the receiver's triangles, which count as one here; sun (3,): unit
+    direction to the sun.
+    """
+
+    certain = True
+
+    def __init__(self, plane, chart, sun, eta):
+        self.image = np.zeros(chart.max(initial=0) + 1, np.int64)
+        self.plane, self._sun, self._eta = plane, sun, eta
+
+    def land(self, m, n, _shadowed):
+        """Nodes of points m (3,k) with normals n (3,k), in the world."""
+        g, passed = bend(self._sun @ n, (n * n).sum(0), self._eta)
+        linear, offset = self.plane[:, :3], self.plane[:, 3:]
+        height, x, y = linear @ m + offset
+        fall, dx, dy = (linear @ n) * g - (linear @ self._sun)[:, None] / self._eta
+        with np.errstate(divide="ignore", invalid="ignore"):  # light along the plane
+            tau = -height / fall
+            x, y = x + tau * dx, y + tau * dy
+        meets = (tau > 0) & np.isfinite(x) & np.isfinite(y)
+        x, y = np.where(meets, x, 0.0), np.where(meets, y, 0.0)
+        return Nodes(m, n, np.where(meets, 0, MISSED), x, y, np.ones(len(x)), passed[None])
