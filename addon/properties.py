@@ -17,8 +17,8 @@ METHODS = (
     (
         "conic_walk",
         "Path Search",
-        "Start at the texels and walk to the first way that light takes to each. Exact at points, but one way only: "
-        "for calm water, and to check the other method",
+        "Start at the texels and find every way that light takes to each, exactly. Slower: "
+        "for close-ups, and to check the other method",
     ),
 )
 

@@ -162,7 +162,8 @@ class Scene:
 class Settings:
     """method: a key of `methods.METHODS`, or "auto"; tolerance: relative mean squared error that is good enough;
     resolution: texels along each side of a lightmap; padding: texels that a chart is grown by; points: photons as
-    points in place of beams, with the seed of their strata, as an independent check."""
+    points in place of beams, with the seed of their strata, as an independent check; first_root: the walk stops at the
+    first path to a texel's centre, as its source does."""
 
     method: str = "auto"
     tolerance: float = 0.01
@@ -170,6 +171,7 @@ class Settings:
     padding: int = 4
     points: bool = False
     seed: int = 0
+    first_root: bool = False
 
 
 @dataclass

@@ -57,6 +57,10 @@ class Surface:
         turned = (self.over >= 0) & (flat[self.over] == flat)
         self.turned = turned if turned.any() else None
 
+    def arriving(self, _points):
+        """Unit direction (3,1) of the light at points (3,n)."""
+        return np.array([[0.0], [0.0], [-1.0]])
+
     def g(self, record, px, py):
         """g (n,) at records for receiver points (px, py)."""
         nx, ny = np.take(self.n[0], record), np.take(self.n[1], record)

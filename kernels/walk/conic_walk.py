@@ -1,7 +1,8 @@
-"""The conic walk: manifold next-event estimation along the coplanarity curve, one root for the centre of every texel.
+"""The conic walk: manifold next-event estimation from the texels, by every path that leads to each.
 
-After source [1] of `conic.py`. It is exact at a point and knows no noise, but it stops at the first root, so texels
-that several paths reach - the bright lines - get less than their light.
+The paths come from the images of the water's triangles (`candidates.py`), each solved for exactly (`all_roots.py`), and
+are proven to be all (`certificate.py`). With Settings.first_root the walk of the method's source finds one path per
+texel instead (`first_root.py`).
 """
 
 from __future__ import annotations
@@ -10,86 +11,80 @@ import time
 
 import numpy as np
 
-from ..lit_water import light_water
 from ..rays import Tracer, soup
 from ..scene import Diagnostics, Sun
 from ..solution import answer, check_texels
 from ..status import Status
-from .conic import Surface
-from .path_irradiance import path_irradiance
-from .walkers import Walk
+from . import first_root
+from .paths import LightPaths
 
+_REASONS = {False: "every exact path to each texel", True: "one exact path per texel"}
 _LEFT_OUT = [
-    "every path to a texel but the first that the walk meets",
     "the mean over the texel: the value is the one at its centre",
+]
+_LEFT_OUT_OF_BOTH = [
     "the sun's disc: light comes from its centre",
-    "light that meets the water twice, is reflected by it or is absorbed in it",
+    "light that meets the water twice or is reflected by it",
 ]
 
 
 def solve(scene, texels, settings):
-    """Irradiance of a Scene on Texels (one per receiver) by first roots; see `scene.Solution`.
+    """Irradiance of a Scene on Texels (one per receiver) by paths from the texels; see `scene.Solution`.
 
-    It has no tolerance to meet and reads nothing from `settings`. Raises ValueError where texels and receivers do not
-    match.
+    Settings.first_root asks for the first path to each texel's centre only. Raises ValueError where texels and
+    receivers do not match.
     """
     check_texels(scene, texels)
-    work = Diagnostics("conic_walk", "one exact path per texel", left_out=list(_LEFT_OUT))
-    start = time.perf_counter()
+    own = first_root.LEFT_OUT if settings.first_root else _LEFT_OUT
+    work = Diagnostics("conic_walk", _REASONS[settings.first_root], left_out=[*own, *_LEFT_OUT_OF_BOTH])
+    work.left_out += [
+        f"lamp '{light.name}': the walk knows suns only" for light in scene.lights if not isinstance(light, Sun)
+    ]
+    clock = _Clock(work.seconds)
     points = np.concatenate([np.zeros((0, 3)), *(t.positions for t in texels)])
     normals = np.concatenate([np.zeros((0, 3)), *(t.normals for t in texels)])
     area = np.concatenate([np.zeros(0), *(t.area for t in texels)])
     objects = Tracer(*soup((*scene.receivers, *scene.occluders)))
-    water = Tracer(scene.water.positions, scene.water.triangles)
-    work.seconds["prepare"] = time.perf_counter() - start
     irradiance, status = np.zeros((len(points), 3)), np.full(len(points), Status.NO_WATER, np.uint8)
-    suns = [light for light in scene.lights if isinstance(light, Sun)]
-    work.left_out += [
-        f"lamp '{light.name}': the walk knows suns only" for light in scene.lights if not isinstance(light, Sun)
-    ]
-    for sun in suns:
-        light, code = _sun(scene, sun, points, normals, water, objects, work)
-        irradiance += light[:, None] * sun.irradiance
+    incomplete = np.zeros(len(points), bool)
+    for light in scene.lights:
+        if not isinstance(light, Sun):
+            continue
+        paths = LightPaths(scene, light, objects)
+        work.flux_in = work.flux_in + paths.lit.area.sum() * light.irradiance
+        clock.lap("prepare")
+        if settings.first_root:
+            watts, code = first_root.first_roots(paths, light, points, normals, work, clock)
+        else:
+            watts, code = _all_roots(paths, light, texels, work)
+            clock.lap("paths")
+        irradiance += watts
+        incomplete |= code == Status.INCOMPLETE
         status = np.where((code == Status.LIT) | (status == Status.NO_WATER), code, status)
+    status[incomplete] = Status.INCOMPLETE
     work.flux_lost["elsewhere"] = work.flux_in - area @ irradiance
     return answer(scene, texels, irradiance, status, work)
 
 
-def _sun(scene, sun, points, normals, water, objects, work):
-    """Irradiance (K,) for 1 W/m^2 of one sun at points (K,3) with normals (K,3), and status (K,)."""
-    clock = _Clock(work.seconds)
-    lit = light_water(scene.water, sun)
-    work.flux_in = work.flux_in + lit.area.sum() * sun.irradiance
-    surface = Surface(lit, scene.water.twins)
-    clock.lap("prepare")
-    p = lit.frame @ points.T
-    first = water.first(points, np.broadcast_to(lit.frame[2], points.shape))
-    clock.lap("straight rays")
-    walk = Walk(surface, p, first, scene.eta).run()
-    work.paths["triangle_steps"] = work.paths.get("triangle_steps", 0) + walk.steps
-    clock.lap("walk")
-    light = np.zeros(len(points))
-    found = np.flatnonzero(walk.status == Status.LIT)
-    path = walk.triangle[found], walk.weights[found]
-    light[found] = path_irradiance(surface, *path, p[:, found], lit.frame @ normals[found].T, scene.eta)
-    on_fold = found[~np.isfinite(light[found])]
-    light[on_fold], walk.status[on_fold] = 0, Status.LOST
-    clock.lap("irradiance")
-    hidden = found[_hidden(surface, path, points[found], lit.frame, objects)]
-    light[hidden], walk.status[hidden] = 0, Status.BLOCKED
-    clock.lap("visibility")
-    work.paths["found"] = work.paths.get("found", 0) + len(found)
-    work.paths["blocked"] = work.paths.get("blocked", 0) + len(hidden)
-    return light, walk.status
-
-
-def _hidden(surface, path, points, frame, objects):
-    """Whether (n,) an object stands between the sun and M, or between M and points (n,3)."""
-    m = (frame.T @ surface.at(*path)[0]).T
-    blocked = objects.blocked(m, np.broadcast_to(frame[2], m.shape))
-    ray = points - m
-    length = np.linalg.norm(ray, axis=1)
-    return blocked | objects.blocked(m, ray / np.maximum(length, np.finfo(float).tiny)[:, None], length)
+def _all_roots(paths, light, texels, work):
+    """Irradiance (K,3) of a light by its LightPaths at the centres of all texels, and status (K,)."""
+    watts, status = [], []
+    for own in texels:
+        found = paths.to(own.positions, own.normals)
+        count = len(own.texel)
+        E = paths.irradiance(light, found.passed, found.density, found.length) * found.visible[:, None]
+        watts.append(np.stack([np.bincount(found.point, c, minlength=count) for c in E.T], 1))
+        some, seen = (np.bincount(found.point, v, minlength=count) > 0 for v in (None, found.visible))
+        code = np.where(seen, Status.LIT, np.where(some, Status.BLOCKED, Status.NO_WATER)).astype(np.uint8)
+        dark = np.flatnonzero(~some)
+        code[dark[paths.first_water(own.positions[dark]) >= 0]] = Status.DARK
+        code[~np.isfinite(watts[-1]).all(1)] = Status.LOST
+        code[found.missing] = Status.INCOMPLETE
+        watts[-1][code == Status.LOST] = 0
+        status.append(code)
+        for name, number in (("found", len(found.point)), ("blocked", np.count_nonzero(~found.visible))):
+            work.paths[name] = work.paths.get(name, 0) + number
+    return np.concatenate([np.zeros((0, 3)), *watts]), np.concatenate([np.zeros(0, np.uint8), *status])
 
 
 class _Clock:

@@ -18,9 +18,12 @@ from ..optics import cosine_refracted, fresnel_transmittance
 
 
 def path_irradiance(surface, triangle, weights, p, receiver_normal, eta):
-    """E (n,) for E_perp = 1 of paths through barycentric `weights` (n,3) of triangles (n,) to p (3,n).
+    """What arrives of paths through barycentric `weights` (n,3) of triangles (n,) at p (3,n), as two factors of E for
+    E_perp = 1: the transmittance (n,), and how densely the light falls (n,) [m^2 across the light per m^2 of the
+    receiver], negative where the image of the triangle is turned against the triangle, infinite on a fold; and the
+    length (n,) [m] of the way through the water.
 
-    receiver_normal (3,n) in the sun's frame, either side. Infinite on a fold.
+    receiver_normal (3,n) in the light's frame, either side.
     """
     r = 1 / eta
     corner_m, corner_n = surface.corners(triangle)
@@ -41,9 +44,9 @@ def path_irradiance(surface, triangle, weights, p, receiver_normal, eta):
         c_i = n_i[2]
         t_i = gamma * n_i + (r - r * r * cos_i / cos_t) * c_i * n
         spread.append(corner_m[i] - corner_m[0] + tau * t_i)
-    footprint = np.abs((t * np.cross(spread[0], spread[1], axis=0)).sum(0))
+    footprint = (t * np.cross(spread[0], spread[1], axis=0)).sum(0)
     e1, e2 = corner_m[1] - corner_m[0], corner_m[2] - corner_m[0]
     lit = np.abs(e1[0] * e2[1] - e1[1] * e2[0])
     facing = np.abs((t * receiver_normal).sum(0))
     with np.errstate(divide="ignore"):
-        return fresnel_transmittance(cos_i, cos_t, eta) * facing * lit / footprint
+        return fresnel_transmittance(cos_i, cos_t, eta), facing * lit / footprint, tau

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from brute_force import all_roots
 from waves import calm, five_sines, flat, floor, pool, transmitted, water
 
 from dapple.kernels.lit_water import light_water
@@ -9,25 +10,26 @@ from dapple.kernels.maps.texels import rasterise
 from dapple.kernels.rays import Tracer
 from dapple.kernels.scene import Occluder, Settings, Water
 from dapple.kernels.status import Status
-from dapple.kernels.walk.conic import Surface, is_path
+from dapple.kernels.walk.conic import Surface
 from dapple.kernels.walk.conic_walk import solve
 from dapple.kernels.walk.walkers import Walk
 
 
-def bake(scene, resolution=32):
+def bake(scene, resolution=32, first_root=False):
     texels = [rasterise(r, resolution) for r in scene.receivers]
-    return solve(scene, texels, Settings(method="conic_walk"))
+    return solve(scene, texels, Settings(method="conic_walk", first_root=first_root))
 
 
 @pytest.mark.parametrize("degrees", [0.0, 10.0, 30.0, 45.0])
 @pytest.mark.parametrize("depth", [0.3, 1.5])
-def test_flat_water_is_fresnel_times_cosine(degrees, depth):
+@pytest.mark.parametrize("first_root", [False, True])
+def test_flat_water_is_fresnel_times_cosine(degrees, depth, first_root):
     """Flat water bends all light alike: E = E_sun cos_i T at every depth, and overhead, where all is coplanar."""
     angle = np.radians(degrees)
     scene = pool(
         flat, quads=24, direction=(np.sin(angle), 0, -np.cos(angle)), side=12.0, receivers=[floor(z=1.5 - depth)]
     )
-    image = bake(scene).images[0]
+    image = bake(scene, first_root=first_root).images[0]
     expected = np.cos(angle) * transmitted(np.cos(angle))
     np.testing.assert_allclose(image, expected, rtol=1e-9)
 
@@ -37,10 +39,11 @@ def test_thirty_degrees_gives_the_known_figure():
     np.testing.assert_allclose(bake(scene).images[0], 0.8475, atol=5e-5)
 
 
-def test_flat_water_through_vertices_and_along_edges():
+@pytest.mark.parametrize("first_root", [False, True])
+def test_flat_water_through_vertices_and_along_edges(first_root):
     """Texel centres under the mesh's vertices, a sun along its edges: zero counts as positive, nothing is lost."""
     scene = pool(flat, quads=48, direction=(0.4, 0, -1), side=12.0)
-    answer = bake(scene, resolution=16)  # centres at odd multiples of 1/8 m, vertices at multiples of 1/4 m
+    answer = bake(scene, 16, first_root)  # centres at odd multiples of 1/8 m, vertices at multiples of 1/4 m
     assert (answer.status[0] == Status.LIT).all()
     cos_i = 1 / np.hypot(1, 0.4)
     np.testing.assert_allclose(answer.images[0], cos_i * transmitted(cos_i), rtol=1e-9)
@@ -63,48 +66,6 @@ def test_crest_focuses_at_its_focal_length():
         )
         middle = bake(scene, resolution=1).images[0][0, 0, 0]
         assert middle == pytest.approx(expected * transmitted(1.0, eta), rel=2e-3)
-
-
-def all_roots(scene, points, samples=24):
-    """Every refracted path to each of points (n,3), by Newton's method from many starts in every triangle."""
-    lit = light_water(scene.water, scene.lights[0])
-    surface = Surface(lit, scene.water.twins)
-    eta, found = scene.eta, []
-    count = len(scene.water.triangles)
-    side = int(np.sqrt(samples))
-    a, b = (np.indices((side, side)).reshape(2, -1) + 0.5) / side
-    a, b = a[a + b < 1], b[a + b < 1]
-    starts = np.array([(1 - u - v, u, v) for u, v in zip(a, b, strict=True)])
-    for point in points:
-        p = (lit.frame @ point)[:, None]
-        triangle = np.repeat(np.arange(count), len(starts))
-        weights = np.tile(starts, (count, 1))
-        for _ in range(30):
-            base = _mismatch(surface, triangle, weights, p, eta)
-            step = 1e-7
-            along = [
-                _mismatch(surface, triangle, weights + step * np.array(d), p, eta) for d in ([-1, 1, 0], [-1, 0, 1])
-            ]
-            j = [(x - base) / step for x in along]
-            det = j[0][0] * j[1][1] - j[0][1] * j[1][0]
-            det = np.where(np.abs(det) < 1e-30, 1e-30, det)
-            da = -(base[0] * j[1][1] - base[1] * j[1][0]) / det
-            db = -(j[0][0] * base[1] - j[0][1] * base[0]) / det
-            move = np.clip(np.stack([-da - db, da, db], 1), -0.5, 0.5)
-            weights = weights + move
-        m, n = surface.at(triangle, weights)
-        good = is_path(m, n, np.broadcast_to(p, (3, len(triangle))), eta) & (weights.min(1) > -1e-7)
-        unique = {(t, *np.round(w, 5)) for t, w in zip(triangle[good], weights[good], strict=True)}
-        found.append(np.array(sorted(unique)).reshape(-1, 4))
-    return found
-
-
-def _mismatch(surface, triangle, weights, p, eta):
-    m, n = surface.at(triangle, weights)
-    w = [p[i] - m[i] for i in range(3)]
-    length = np.sqrt(w[0] ** 2 + w[1] ** 2 + w[2] ** 2)
-    u = [c / length for c in w]
-    return np.stack([n[i] * (-eta * u[2] - 1) + eta * n[2] * u[i] for i in (0, 1)])
 
 
 def test_the_walk_finds_a_root_that_brute_force_finds():
@@ -138,7 +99,7 @@ def test_calm_water_lights_every_texel_with_all_its_light():
 
 def test_first_root_loses_light_on_the_full_waves():
     """What the method leaves out is real: a quarter of the light of the pool is in second and third paths."""
-    received = bake(pool(quads=128), resolution=128).diagnostics.flux_received["Floor"][0]
+    received = bake(pool(quads=128), 128, first_root=True).diagnostics.flux_received["Floor"][0]
     assert 0.60 < received / 16 / 0.944 < 0.82
 
 
@@ -173,7 +134,7 @@ def test_winding_does_not_matter():
     np.testing.assert_allclose(bake(scene).images[0], bake(straight).images[0], rtol=1e-9)
 
 
-def test_flat_shading_is_reported_and_never_silently_wrong():
+def test_flat_shading_is_reported_and_never_silently_wrong_by_first_roots():
     """Facets tear the curve: texels are lit by a path that is exact for the facets, or say that they are not."""
     smooth = pool(calm, quads=24)
     w = smooth.water
@@ -182,7 +143,7 @@ def test_flat_shading_is_reported_and_never_silently_wrong():
     facet /= np.linalg.norm(facet, axis=1, keepdims=True)
     rows = np.repeat(np.arange(len(facet))[:, None], 3, 1)
     object.__setattr__(smooth, "water", Water("Facets", w.positions, w.triangles, facet, rows, w.twins))
-    answer = bake(smooth)
+    answer = bake(smooth, first_root=True)
     lit = answer.status[0] == Status.LIT
     assert set(np.unique(answer.status[0])) <= {
         Status.LIT,
@@ -213,12 +174,13 @@ def test_water_without_triangles_lights_nothing():
 
 @pytest.mark.parametrize("scale", [0.0, 0.3, 1.0, 2.0])
 @pytest.mark.parametrize("lean", [0.0, 1e-9, 1e-6, 1e-3, 0.25, 1.0])
-def test_every_texel_under_wide_water_finds_a_path(scale, lean):
+@pytest.mark.parametrize("first_root", [False, True])
+def test_every_texel_under_wide_water_finds_a_path(scale, lean, first_root):
     """Every point deep under water that reaches far beyond it is lit by an odd number of paths, so by one at least.
 
     Grid, texels and the sun's heading are aligned on purpose: curves pass vertices and edges, and rays hit them.
     """
     scene = pool(lambda x, y: five_sines(x, y, scale), quads=96, direction=(lean, 0, -1), side=9.6)
-    answer = bake(scene, resolution=48)
+    answer = bake(scene, 48, first_root)
     assert (answer.status[0] == Status.LIT).all()
     assert np.isfinite(answer.images[0]).all() and (answer.images[0] > 0).all()

@@ -1,0 +1,160 @@
+"""Every refracted path to a point: Newton's method in all triangles whose image holds it.
+
+With w = P - M and h = eta w / |w| - d, Snell's law says that h lies along the normal N. In a frame whose z points to
+the light that is
+
+    h_x N_z - h_z N_x = 0,    h_y N_z - h_z N_y = 0
+
+for all of space; with the light along -z the two are G of `conic.objective`. They are smooth and nearly linear over a
+triangle: three or four steps do. Where a triangle's image turns over it may hold two paths: there the method starts
+from several points, far enough apart to end at each.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .candidates import candidates
+from .conic import is_path
+
+_STEPS, _STEPS_FOLDED = 12, 40  # of Newton's method; more where the image turns over
+_CONVERGED = 1e-7  # barycentric: the last step of a method that squares its error
+_AWAY = 1.0  # barycentric: so far outside its triangle a path of a smooth image does not come back
+_INSIDE = 1e-9  # barycentric: rounding of a path on an edge
+_SAME = 1e-6  # of a triangle's edge
+_SEVERAL = np.array([[1 / 3, 1 / 3], [0.05, 0.05], [0.9, 0.05], [0.05, 0.9], [0.5, 0.0], [0.5, 0.5], [0.0, 0.5]])
+
+
+@dataclass
+class Roots:
+    """Paths (n,): point that each leads to, triangle, weights (n,3) barycentric."""
+
+    point: np.ndarray
+    triangle: np.ndarray
+    weights: np.ndarray
+
+    def take(self, index):
+        return Roots(*(np.take(a, index, axis=0) for a in vars(self).values()))
+
+    @classmethod
+    def none(cls):
+        return cls(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros((0, 3)))
+
+    @classmethod
+    def concatenated(cls, parts):
+        return cls(*(np.concatenate(a) for a in zip(*(vars(part).values() for part in parts), strict=True)))
+
+
+def find_roots(surface, grid, triangles, p, eta, thorough=False):
+    """All Roots of receiver points p (3,K), those of a `candidates.Grid`, in triangles (m,) of a Surface, one point's
+    together, in the frame of the light; thorough: from several starts in every triangle near them."""
+    found, suspect = [Roots.none()], [np.zeros(0, bool)]
+    for pairs in candidates(grid, triangles, thorough):
+        for starts in _starts(pairs):
+            triangle, point, a, b, several = starts
+            at, weights = _solve(surface, triangle, p[:, point], a, b, eta, several)
+            found.append(Roots(point[at], triangle[at], weights))
+            suspect.append((weights.min(1) < _SAME) | several)
+    roots, suspect = Roots.concatenated(found), np.concatenate(suspect)
+    order = np.lexsort((roots.triangle, roots.point))
+    roots, suspect = roots.take(order), suspect[order]
+    return roots.take(np.flatnonzero(~_repeated(surface, roots, suspect)))
+
+
+def _starts(pairs):
+    """Triangles, points, start a, b of the pairs of smooth images; and of those that turn over, from several points."""
+    smooth, folded = np.flatnonzero(~pairs.folded), np.flatnonzero(pairs.folded)
+    if len(smooth):
+        a, b = (np.clip(v[smooth], 0, 1) for v in (pairs.a, pairs.b))
+        yield pairs.triangle[smooth], pairs.point[smooth], a, b, False
+    if len(folded):
+        count = len(_SEVERAL)
+        a, b = np.tile(_SEVERAL, (len(folded), 1)).T
+        yield np.repeat(pairs.triangle[folded], count), np.repeat(pairs.point[folded], count), a, b, True
+
+
+class _Snell:
+    """Both equations and their derivatives on triangles (n,) for points p (3,n)."""
+
+    def __init__(self, surface, triangle, p, eta):
+        first, second, third = surface.corner_records(triangle).T
+        m0, n0 = ([np.take(c, first) for c in table] for table in (surface.m, surface.n))
+        self.e1, self.e2 = ([np.take(c, k) - o for c, o in zip(surface.m, m0, strict=True)] for k in (second, third))
+        self.n1, self.n2 = ([np.take(c, k) - o for c, o in zip(surface.n, n0, strict=True)] for k in (second, third))
+        self.n0, self.q, self.eta = n0, [p[i] - m0[i] for i in range(3)], eta
+
+    def take(self, index):
+        other = object.__new__(_Snell)
+        other.eta = self.eta
+        for name in ("e1", "e2", "n0", "n1", "n2", "q"):
+            setattr(other, name, [np.take(c, index) for c in getattr(self, name)])
+        return other
+
+    def step(self, a, b):
+        """Newton's step (da, db) from (a, b)."""
+        e1, e2, n1, n2, eta = self.e1, self.e2, self.n1, self.n2, self.eta
+        w = [q - a * i - b * j for q, i, j in zip(self.q, e1, e2, strict=True)]
+        n = [o + a * i + b * j for o, i, j in zip(self.n0, n1, n2, strict=True)]
+        length = np.sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
+        over = -1 / np.maximum(length, np.finfo(float).tiny)
+        l1 = (w[0] * e1[0] + w[1] * e1[1] + w[2] * e1[2]) * over
+        l2 = (w[0] * e2[0] + w[1] * e2[1] + w[2] * e2[2]) * over
+        hx, hy, hz = eta * w[0], eta * w[1], eta * w[2] + length
+        z1, z2 = l1 - eta * e1[2], l2 - eta * e2[2]
+        lift = eta * n[2]
+        kx, ky = hx * n[2] - hz * n[0], hy * n[2] - hz * n[1]
+        x1, x2 = (hx * k[2] - lift * e[0] - z * n[0] - hz * k[0] for k, e, z in ((n1, e1, z1), (n2, e2, z2)))
+        y1, y2 = (hy * k[2] - lift * e[1] - z * n[1] - hz * k[1] for k, e, z in ((n1, e1, z1), (n2, e2, z2)))
+        det = x1 * y2 - x2 * y1
+        scale = 1 / np.where(det == 0, np.finfo(float).tiny, det)
+        return (x2 * ky - y2 * kx) * scale, (y1 * kx - x1 * ky) * scale
+
+
+def _solve(surface, triangle, p, a, b, eta, several):
+    """Newton's method on triangles (n,) for points p (3,n) from (a, b): indices of those that end on a path inside, and
+    its weights."""
+    snell = _Snell(surface, triangle, p, eta)
+    result = np.full((2, len(a)), np.nan)
+    active = np.arange(len(a))
+    for _ in range(_STEPS_FOLDED if several else _STEPS):
+        da, db = snell.step(a, b)
+        longest = np.maximum(np.abs(da), np.abs(db))
+        if several:
+            shrink = np.minimum(1, 0.5 / np.maximum(longest, 1e-300))
+            da, db = da * shrink, db * shrink
+        a, b = a + da, b + db
+        done = longest < _CONVERGED
+        result[:, active[done]] = a[done], b[done]
+        going = ~done & (np.minimum(np.minimum(a, b), 1 - a - b) > -_AWAY)
+        if going.all():
+            continue
+        going = np.flatnonzero(going)
+        if not len(going):
+            break
+        active, a, b, snell = active[going], a[going], b[going], snell.take(going)
+    weights = np.stack([1 - result[0] - result[1], *result], 1)
+    at = np.flatnonzero(weights.min(1) >= -_INSIDE)  # not so where there is none, NaN
+    m, n = surface.at(triangle[at], weights[at])
+    good = is_path(m, n, p[:, at], eta)
+    return at[good], weights[at[good]]
+
+
+def _repeated(surface, roots, suspect):
+    """Whether (n,) a root, of Roots sorted by points, is an earlier one of its point again."""
+    at = np.flatnonzero(suspect)
+    again = np.zeros(len(suspect), bool)
+    if not len(at):
+        return again
+    point, triangle = roots.point[at], roots.triangle[at]
+    m = np.stack(surface.at(triangle, roots.weights[at])[0])
+    corner = surface.corners(triangle)[0]
+    size = np.abs(corner[1] - corner[0]).max(0) + np.abs(corner[2] - corner[0]).max(0)
+    for lag in range(1, int(np.bincount(point).max())):
+        same = point[lag:] == point[:-lag]
+        if not same.any():
+            break
+        same &= np.abs(m[:, lag:] - m[:, :-lag]).max(0) < _SAME * size[lag:]
+        again[at[lag:][same]] = True
+    return again

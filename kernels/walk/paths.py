@@ -1,0 +1,92 @@
+"""All paths of one light through the water to points on the receivers: found, proven complete, and seen or hidden."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..lit_water import light_water
+from ..rays import Tracer
+from .all_roots import Roots, find_roots
+from .candidates import Grid
+from .certificate import missing, whole_triangles
+from .conic import Surface
+from .path_irradiance import path_irradiance
+from .plan import Rays
+
+
+@dataclass
+class Paths:
+    """Paths (n,): point that each leads to, visible (n,) bool, passed, density and length as of `path_irradiance`; and
+    missing (K,) bool: it is proven of a point that paths to it are missing, or counted twice."""
+
+    point: np.ndarray
+    visible: np.ndarray
+    passed: np.ndarray
+    density: np.ndarray
+    length: np.ndarray
+    missing: np.ndarray
+
+
+class LightPaths:
+    """The paths of one light of a Scene; objects: a Tracer of all that blocks it."""
+
+    def __init__(self, scene, light, objects):
+        self.lit = light_water(scene.water, light)
+        self.surface = Surface(self.lit, scene.water.twins)
+        self.eta, self._sigma_a, self._objects = scene.eta, np.asarray(scene.sigma_a), objects
+        self._triangles = np.flatnonzero(self.lit.area)
+        self._whole = whole_triangles(self.surface, self._triangles)
+
+    def to(self, points, normals):
+        """The Paths to points (K,3) of one receiver, with normals (K,3)."""
+        roots, factors, wrong = self._search(points, normals, False)
+        if wrong.any():
+            again = np.flatnonzero(wrong)
+            keep = np.flatnonzero(~wrong[roots.point])
+            more, more_factors, wrong[again] = self._search(points[again], normals[again], True)
+            more.point = again[more.point]
+            roots = Roots.concatenated([roots.take(keep), more])
+            factors = [np.concatenate([f[keep], g]) for f, g in zip(factors, more_factors, strict=True)]
+        passed, density, length = factors
+        visible = ~self.hidden(roots.triangle, roots.weights, points[roots.point])
+        return Paths(roots.point, visible, passed, np.abs(density), length, wrong)
+
+    def first_water(self, points):
+        """Triangle (n,) of the water that the straight ray from points (n,3) to the light meets first, -1 for none."""
+        water = Tracer(self.lit.positions @ self.lit.frame, self.lit.triangles)
+        return water.first(points, np.broadcast_to(self.lit.frame[2], points.shape))
+
+    @cached_property
+    def _rays(self):
+        return Rays(self.surface, self.eta)
+
+    def factors(self, triangle, weights, points, normals):
+        """`path_irradiance` of paths (n,) to points (n,3) of the world with normals (n,3)."""
+        frame = self.lit.frame
+        return path_irradiance(self.surface, triangle, weights, frame @ points.T, frame @ normals.T, self.eta)
+
+    def irradiance(self, light, passed, density, length):
+        """Irradiance (n,3) [W/m^2] that paths with these factors bring of a light, absorption along them included."""
+        watts = (passed * np.abs(density))[:, None] * light.irradiance
+        return watts * np.exp(-length[:, None] * self._sigma_a) if self._sigma_a.any() else watts
+
+    def hidden(self, triangle, weights, points):
+        """Whether (n,) an object stands between the light and M, or between M and points (n,3)."""
+        m = (self.lit.frame.T @ self.surface.at(triangle, weights)[0]).T
+        blocked = self._objects.blocked(m, np.broadcast_to(self.lit.frame[2], m.shape))
+        ray = points - m
+        length = np.linalg.norm(ray, axis=1)
+        return blocked | self._objects.blocked(m, ray / np.maximum(length, np.finfo(float).tiny)[:, None], length)
+
+    def _search(self, points, normals, thorough):
+        """Roots of points (K,3) with normals (K,3), their `factors`, and whether (K,) some are missing."""
+        p = self.lit.frame @ points.T
+        if not len(self._triangles):
+            return Roots.none(), (np.zeros(0),) * 3, np.zeros(len(points), bool)
+        grid = Grid(self._rays, p)
+        roots = find_roots(self.surface, grid, self._triangles, p, self.eta, thorough)
+        factors = self.factors(roots.triangle, roots.weights, points[roots.point], normals[roots.point])
+        return roots, factors, missing(self.surface, grid, self._whole, roots, np.sign(factors[1]), len(points))
