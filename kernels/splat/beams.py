@@ -34,11 +34,11 @@ def splat(lit, twins, lander, shadowed, sheet, texel_area, tolerance):
     lit: LitWater; twins (3T,); shadowed (T,) bool from `may_be_shadowed`; texel_area [m^2] of the finest map; tolerance
     [texel] within which a beam's image must be affine.
     """
-    work = _Work(lander, sheet, texel_area)
+    work = _Work(lander, sheet, texel_area, tolerance)
     if not lit.area.any():
         return work.lost, work.error
     mesh = MeshNodes.of(lit, twins, lander, shadowed)
-    rest = work.settle_mesh(mesh, lit.area, tolerance)
+    rest = work.settle_mesh(mesh, lit.area)
     nodes, six, area, shade = mesh.nodes, mesh.six(rest), lit.area[rest], shadowed[rest]
     for depth in range(_DEPTH + 1):
         rest = work.settle(nodes, six, area, shade, depth == _DEPTH)
@@ -63,21 +63,20 @@ def _split(lander, nodes, six, shade):
 class _Work:
     """The sheet, the books, and what decides whether a triangle is ready."""
 
-    def __init__(self, lander, sheet, texel_area):
+    def __init__(self, lander, sheet, texel_area, tolerance):
         self.lander, self.sheet = lander, sheet
         self.texel_area, self.finest = np.asarray(texel_area), np.min(texel_area)
         self.lost = {cause: np.zeros(sheet.channels) for cause in (*LOST.values(), "reflected")}
-        self.error, self.most = 0.0, np.inf
+        self.error, self.tolerance = 0.0, tolerance
 
-    def settle_mesh(self, mesh, area, tolerance):
+    def settle_mesh(self, mesh, area):
         """Deposit the triangles of the water's own mesh that are ready, all but those of the largest errors, such that
         the sum of those that stay is within the tolerance; returns the indices of the others."""
         nodes, lit = mesh.nodes, area > 0
         chart = np.take(nodes.chart, mesh.corner[0])
         x, y = np.take(nodes.x, mesh.corner), np.take(nodes.y, mesh.corner)
         error = self._predict(mesh.bent(), chart, x, y, area)
-        self.most = _cut_off(error[lit & np.isfinite(error)], tolerance)
-        ready = lit & self._ready(chart, error, area)
+        ready = lit & self._ready(chart, np.where(lit, error, 0.0), area)
         at = np.flatnonzero(ready)
         flux = self._book(nodes, np.take(mesh.corner, at, axis=1), area[at])
         landed = np.flatnonzero(chart[at] >= 0)
@@ -107,11 +106,16 @@ class _Work:
         return np.flatnonzero(~(whole | small))
 
     def _ready(self, chart, error, area):
-        """Whether (n,) beams, of errors `error` or inf where their rays do not agree, need no closer look."""
+        """Whether (n,) beams, of errors `error` or inf where their rays do not agree, need no closer look.
+
+        Those of the least errors, such that their sum takes no more than half of what is left of the tolerance: the
+        other half is for the parts of the others.
+        """
+        most = _cut_off(error[np.isfinite(error)], (self.tolerance - self.error) / 2)
         if self.lander.certain:
-            return error <= self.most
+            return error <= most
         size = np.sqrt(2 * area / self.finest)
-        good = np.where(chart < 0, size < _SIGHT_LOST, (error <= self.most) & (size < _SIGHT))
+        good = np.where(chart < 0, size < _SIGHT_LOST, (error <= most) & (size < _SIGHT))
         return np.isfinite(error) & good
 
     def _predict(self, bent, chart, x, y, area):
@@ -126,6 +130,9 @@ class _Work:
         wide = np.maximum(np.abs(x1 * y2 - x2 * y1) / long, 1.0)
         flux = area / np.take(self.texel_area, np.take(self.lander.image, np.maximum(chart, 0)))
         error = _ERROR * (flux * np.minimum(bent, 1.0)) ** 2 / (long * wide**3)
+        side = self.sheet.resolution
+        beside = [(v.max(0) < -bent) | (v.min(0) > side + bent) for v in (x, y)]
+        error[beside[0] | beside[1]] = 0  # what lands beyond the map is wrong on no texel
         return np.where(chart < 0, np.where(np.isfinite(bent), 0.0, np.inf), np.where(np.isfinite(bent), error, np.inf))
 
     def _spread(self, corners, area):
@@ -171,12 +178,13 @@ class _Work:
         return sound
 
 
-def _cut_off(error, tolerance):
-    """The largest of errors (n,) that may stay so that their sum is within the tolerance; inf where all may."""
-    if error.sum() <= tolerance:
+def _cut_off(error, most):
+    """The largest of errors (n,) up to which their sum is no more than `most`; -1 where even the least is more."""
+    if error.sum() <= most:
         return np.inf
     rising = np.sort(error)
-    return rising[np.searchsorted(np.cumsum(rising), tolerance)]
+    count = np.searchsorted(np.cumsum(rising), most, side="right")
+    return rising[count - 1] if count else -1.0
 
 
 def _bend(v):

@@ -91,7 +91,8 @@ class _Lit:
         sheet = Sheet(self._ways[0].lander.image, len(self.texels), self.texels[0].resolution)
         texel_area = [t.area.sum() / len(t.area) for t in self.texels]
         count, area = sum(len(t.area) for t in self.texels), sum(t.area.sum() for t in self.texels)
-        square = count * (self.water.area.sum() / area) ** 2  # of the mean, if all light arrives
+        mean = min(self.water.area.sum() / area, 1.0)  # if all light arrives, or as much as a sun brings
+        square = count * mean**2
         lost, errors = zip(*(splat(*w.start(), sheet, texel_area, tolerance * square) for w in self._ways), strict=True)
         flux = sheet.flux()
         beside = sheet.landed - flux.sum(1)
