@@ -1,0 +1,119 @@
+"""A smooth height field through scattered points: one cubic B-spline lattice by penalised least squares.
+
+    minimise  |B c - z|^2 + lambda (|c_xxx|^2 + 3 |c_xxy|^2 + 3 |c_xyy|^2 + |c_yyy|^2)
+
+with third differences of the coefficients c in the penalty [1], which planes and paraboloids do not pay. The normal
+equations are solved by conjugate gradients with Jacobi's preconditioner, on cells of twice the size first.
+
+[1] Eilers, Currie & Durban 2006, Fast and compact smoothing on large multidimensional grids.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .bspline import Lattice, Samples, evaluate, insert_knots
+
+CELL = 0.75  # of the typical distance of vertices
+_PENALTIES = ((3, 0, 1.0), (2, 1, 3.0), (1, 2, 3.0), (0, 3, 1.0))  # differences along y and x, weight
+_COARSER = 16  # times less penalty on cells of twice the size: differences grow 8 times, nodes are 4 times fewer
+_TOLERANCE = 1e-2, 3e-5  # residual of the normal equations, relative to their right side: coarse and fine
+_MOST = 500  # steps
+
+
+@dataclass(frozen=True)
+class HeightField:
+    """A spline over a Lattice with coefficients c (rows, columns), added to the plane z = plane . (1, x, y)."""
+
+    lattice: Lattice
+    c: np.ndarray
+    plane: np.ndarray
+
+    def at(self, x, y):
+        """z and its slopes along x and y, (3,n), at points x, y (n,)."""
+        out = evaluate(self.lattice, self.c, x, y)
+        out += np.stack([self.plane[0] + self.plane[1] * x + self.plane[2] * y, *self.plane[1:, None] + 0 * x])
+        return out
+
+
+def fit(points, distance, smoothing):
+    """The HeightField nearest to points (n,3).
+
+    distance [m]: typical distance of neighbouring points in plan; smoothing: lambda, in points per cell.
+    """
+    x, y, z = points.T
+    plane, *_ = np.linalg.lstsq(np.stack([np.ones_like(x), x, y], 1), z, rcond=None)
+    rest = z - plane @ np.stack([np.ones_like(x), x, y])
+    lattice = _coarse_lattice(points[:, :2], distance)
+    penalty = smoothing * len(z) / (4 * lattice.cells[0] * lattice.cells[1])
+    c = np.zeros(lattice.shape)
+    c = _solve(Samples(lattice, x, y), rest, penalty / _COARSER, c, _TOLERANCE[0])
+    lattice = lattice.halved()
+    return HeightField(lattice, _solve(Samples(lattice, x, y), rest, penalty, insert_knots(c), _TOLERANCE[1]), plane)
+
+
+def _coarse_lattice(points, distance):
+    """The Lattice over the box of points (n,2) whose halved cells are about CELL distances wide."""
+    low, high = points.min(0), points.max(0)
+    extent = np.maximum(high - low, distance)
+    cells = np.maximum(np.ceil(extent / (2 * CELL * distance)).astype(int), 1)
+    return Lattice(low, extent / cells, (int(cells[1]), int(cells[0])))
+
+
+def _solve(samples, z, penalty, c, tolerance):
+    """Coefficients by conjugate gradients from c on."""
+    diagonal = samples.diagonal() + penalty * _roughness_diagonal(samples.shape)
+    diagonal[diagonal == 0] = 1  # coefficients that nothing asks for
+    right = samples.spread(z)
+    goal = tolerance**2 * (right**2).sum()
+    residual = right - samples.spread(samples.values(c)) - penalty * _roughness(c)
+    scaled = residual / diagonal
+    along, rho = scaled, (residual * scaled).sum()
+    for _ in range(_MOST):
+        if (residual**2).sum() <= goal:
+            break
+        image = samples.spread(samples.values(along)) + penalty * _roughness(along)
+        step = rho / (along * image).sum()
+        c = c + step * along
+        residual = residual - step * image
+        scaled = residual / diagonal
+        rho, before = (residual * scaled).sum(), rho
+        along = scaled + rho / before * along
+    return c
+
+
+def _roughness(c):
+    """Half the gradient (rows, columns) of the penalty by c (rows, columns)."""
+    out = np.zeros_like(c)
+    for down, along, weight in _PENALTIES:
+        steps = weight * np.diff(np.diff(c, down, axis=0), along, axis=1)
+        for axis in (0,) * down + (1,) * along:
+            steps = _transposed_difference(steps, axis)
+        out += steps
+    return out
+
+
+def _transposed_difference(steps, axis):
+    """Transpose of the first difference along an axis: one more entry there."""
+    steps = steps if axis == 0 else steps.T
+    out = np.zeros((len(steps) + 1, steps.shape[1]))
+    out[1:] = steps
+    out[:-1] -= steps
+    return out if axis == 0 else out.T
+
+
+def _roughness_diagonal(shape):
+    """Diagonal (rows, columns) of the penalty's matrix."""
+    squares = [np.array([1.0])]
+    for order in (1, 2, 3):
+        stencil = np.array([1.0])
+        for _ in range(order):
+            stencil = np.convolve(stencil, [-1.0, 1.0])
+        squares.append(stencil**2)
+
+    def line(count, order):
+        return np.convolve(np.ones(count - order), squares[order])
+
+    return sum(w * line(shape[0], down)[:, None] * line(shape[1], along) for down, along, w in _PENALTIES)

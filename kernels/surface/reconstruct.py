@@ -1,0 +1,130 @@
+"""The smooth water that a mesh samples, as a finer mesh whose positions and normals are that water's.
+
+On every sheet of the water that is a height field a B-spline is fitted to the vertices (`splines.py`). Each triangle is
+cut in k x k parts whose vertices take their heights and normals from it; elsewhere - at steep faces, droplets, creases -
+the mesh keeps its shape. An edge bends only where both its ends lie on one sheet, so nothing opens between the two. In
+plan nothing moves: outline, holes and areas are the mesh's.
+
+k follows from how far the slopes depart from what the corners interpolate, which moves the light by so many texels.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .splines import Splines
+from .tessellate import Tessellation
+
+SMOOTHING = 2e-3  # lambda of `fit.py`, for vertices that lie on the surface
+# The relative mean squared error over the squared deviation of the light in texels, the most seen on regular, jittered,
+# blue-noise and iso-surface meshes of five waters: of linear interpolation between right slopes, and of a mesh's own.
+_INTERPOLATED, _OWN = 2.3, 15.0
+_LOOKED = 4096  # edges that deviations are taken from, at least
+_MOST_PARTS, _MOST_TRIANGLES = 16, 4_000_000
+_AS_IT_IS = "surface: the water's mesh as it is, "
+
+
+@dataclass(frozen=True)
+class Need:
+    """What the water has to be good for. reach: texels that light moves by for a slope that is off by 1; tolerance:
+    the relative mean squared error that is good enough."""
+
+    reach: float
+    tolerance: float
+
+    @classmethod
+    def of(cls, scene, texels, tolerance):
+        """The Need of the Texels of a Scene's receivers, by depth below the middle of the water and by texel size."""
+        level = (scene.water.positions[:, 2].max() + scene.water.positions[:, 2].min()) / 2
+        reach = 0.0
+        for own in texels:
+            if len(own.texel):
+                depth = level - own.positions[:, 2]
+                moved = np.where(depth > 0, 1 - 1 / scene.eta, 2.0) * depth  # refracted; reflected
+                reach = max(reach, float(np.sqrt((moved**2).mean() / own.area.mean())))
+        return cls(reach, tolerance)
+
+
+class Reconstruction:
+    """What the frames of one sequence share."""
+
+    def __init__(self):
+        self._known = None
+
+    def apply(self, water, need):
+        """(Water, sentence): the Water reconstructed for a Need, or as it is where that would gain nothing."""
+        if not len(water.triangles) or not np.array_equal(water.triangles, water.normal_triangles):
+            return water, _AS_IT_IS + "since its normals are flat or set by hand"
+        edges = _some_edges(water.triangles)
+        own = _rms(*_own_deviation(water, edges)) * need.reach
+        if _OWN * own**2 <= need.tolerance:
+            return water, _AS_IT_IS + "which is fine enough"
+        splines = Splines(water, SMOOTHING)
+        smooth = np.count_nonzero((splines.sheet[water.triangles] >= 0).all(1))
+        if not smooth:
+            return water, _AS_IT_IS + "since it is nowhere a wide and smooth height field"
+        parts = self._parts(_rms(*splines.deviation(edges)) * need.reach, need, len(water.triangles))
+        finer = self._refined(water, splines, self._tessellation(water, splines.cut, parts))
+        of = f"{smooth} of {len(water.triangles)} triangles"
+        return finer, f"surface: {of} follow a B-spline through the vertices, in {parts} x {parts} parts each"
+
+    def _parts(self, deviation, need, triangles):
+        """k: the error falls as the square of the deviation, and that as k^-2."""
+        wanted = np.ceil(np.sqrt(deviation * np.sqrt(_INTERPOLATED / need.tolerance)))
+        return int(np.clip(wanted, 1, max(1, min(_MOST_PARTS, np.sqrt(_MOST_TRIANGLES / triangles)))))
+
+    def _tessellation(self, water, cut, parts):
+        """The Tessellation of the frame before, where that is of the same triangles, or a new one."""
+        if self._known is not None:
+            triangles, before, known = self._known
+            same = triangles is water.triangles or np.array_equal(triangles, water.triangles)
+            if same and known.k == parts and np.array_equal(before, cut):
+                return known
+        known = Tessellation(water.triangles, water.twins, len(water.positions), cut, parts)
+        self._known = water.triangles, cut, known
+        return known
+
+    @staticmethod
+    def _refined(water, splines, tessellation):
+        """The Water of all vertices that a Tessellation asks for."""
+        along, inside = tessellation.shares()
+        groups = [
+            (np.arange(len(water.positions))[None], np.ones((1, 1))),
+            (tessellation.ends, along),
+            (tessellation.inner, inside),
+        ]
+        points = [splines.between(*group) for group in groups]
+        positions, normals = (np.concatenate([p[k].reshape(3, -1) for p in points], 1).T for k in (0, 1))
+        triangles = tessellation.triangles
+        return replace(
+            water,
+            positions=np.ascontiguousarray(positions),
+            normals=np.ascontiguousarray(normals),
+            triangles=triangles,
+            normal_triangles=triangles,
+            twins=tessellation.twins,
+        )
+
+
+def _some_edges(triangles):
+    """Ends (2,n) of edges, evenly through the mesh."""
+    some = triangles[:: max(1, 3 * len(triangles) // _LOOKED)]
+    return np.concatenate([some[:, [0, 1]], some[:, [1, 2]], some[:, [2, 0]]]).T.astype(np.int64)
+
+
+def _own_deviation(water, edges):
+    """The mesh's own error of slope (n,) along edges (2,n), as far as normals and chords tell, and lengths (n,)."""
+    run = water.positions[edges[1]] - water.positions[edges[0]]
+    length = np.hypot(run[:, 0], run[:, 1])
+    normals = water.normals[edges]
+    rise = -(normals[:, :, :2] * run[:, :2]).sum(2) / np.where(normals[:, :, 2] == 0, np.inf, normals[:, :, 2])
+    off = np.abs(rise.mean(0) - run[:, 2]) / np.maximum(length, np.finfo(float).tiny)
+    return np.minimum(off, 1.0), length
+
+
+def _rms(off, length):
+    """Root mean square of `off`, by squared length: that is by area."""
+    total = (length**2).sum()
+    return float(np.sqrt((off**2 * length**2).sum() / total)) if total > 0 else 0.0
