@@ -22,6 +22,16 @@ METHODS = (
     ),
 )
 
+SURFACES = (
+    (
+        "auto",
+        "Automatic",
+        "Where the water is shaded smooth, take the smooth surface that its vertices lie on in place of its facets: "
+        "the light is far more exact, and lines along edges vanish. Flat and custom normals stay",
+    ),
+    ("mesh", "Mesh", "Take the mesh as it is, with its normals"),
+)
+
 
 def _is_mesh(_settings, candidate) -> bool:
     return candidate.type == "MESH"
@@ -42,6 +52,7 @@ class DappleSettings(bpy.types.PropertyGroup):
         type=bpy.types.Collection,
     )
     method: EnumProperty(name="Method", description="How the light is found", items=METHODS, default="auto")
+    surface: EnumProperty(name="Surface", description="Which water bends the light", items=SURFACES, default="auto")
     resolution: IntProperty(
         name="Resolution",
         description="Texels along each side of a lightmap",

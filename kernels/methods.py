@@ -2,27 +2,41 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import replace
 
-from .scene import Point
+from .scene import SURFACES, Point
 from .sound_water import sound_water
 from .splat import photon_splat
+from .surface.reconstruct import Need, Reconstruction
 from .walk import conic_walk
 
 METHODS = {"photon_splat": photon_splat.solve, "conic_walk": conic_walk.solve}
 AUTO = "photon_splat"  # the one that finds all the light
 
 
-def solve(scene, texels, settings):
+def solve(scene, texels, settings, reconstruction=None):
     """The Solution of a Scene on Texels, one per receiver, by the method that `settings` asks for.
 
-    Raises ValueError for a method that does not exist and for water with positions that are not finite.
+    reconstruction: a `Reconstruction`, one for all the frames of a sequence. Raises ValueError for a method or surface
+    that does not exist and for water with positions that are not finite.
     """
     method = AUTO if settings.method == "auto" else settings.method
     if method not in METHODS:
         raise ValueError(f"method must be auto or one of {', '.join(METHODS)}, got {settings.method!r}")
+    if settings.surface not in SURFACES:
+        raise ValueError(f"surface must be one of {', '.join(SURFACES)}, got {settings.surface!r}")
     water, sentences = sound_water(scene.water)
-    answer = METHODS[method](*_near_origin(replace(scene, water=water), texels), settings)
+    scene, texels = _near_origin(replace(scene, water=water), texels)
+    start, surface = time.perf_counter(), "the mesh as it is, as was asked for"
+    if settings.surface == "auto":
+        need = Need.of(scene, texels, settings.tolerance)
+        water, surface = (reconstruction or Reconstruction()).apply(scene.water, need)
+        scene = replace(scene, water=water)
+    seconds = time.perf_counter() - start
+    answer = METHODS[method](scene, texels, settings)
+    answer.diagnostics.surface = surface
+    answer.diagnostics.seconds = {"surface": seconds, **answer.diagnostics.seconds}
     answer.diagnostics.left_out.extend(sentences)
     return answer
 

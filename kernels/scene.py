@@ -158,12 +158,16 @@ class Scene:
             raise ValueError(f"sigma_a must be three absorption coefficients >= 0, got {self.sigma_a}")
 
 
+SURFACES = ("auto", "mesh")
+
+
 @dataclass(frozen=True)
 class Settings:
     """method: a key of `methods.METHODS`, or "auto"; tolerance: relative mean squared error that is good enough;
     resolution: texels along each side of a lightmap; padding: texels that a chart is grown by; points: photons as
     points in place of beams, with the seed of their strata, as an independent check; first_root: the walk stops at the
-    first path to a texel's centre, as its source does."""
+    first path to a texel's centre, as its source does; surface: "auto" for the smooth water that a smooth-shaded mesh
+    samples, "mesh" for the mesh as it is."""
 
     method: str = "auto"
     tolerance: float = 0.01
@@ -172,6 +176,7 @@ class Settings:
     points: bool = False
     seed: int = 0
     first_root: bool = False
+    surface: str = "auto"
 
 
 @dataclass
@@ -180,7 +185,8 @@ class Diagnostics:
 
     seconds: stage -> s. flux_in (3,) [W] on the water's lit side; flux_received: receiver -> (3,) [W]; flux_lost:
     cause -> (3,) [W]. texels: status -> count. paths: outcome -> count. estimated_error: relative mean squared error,
-    None where the method has no estimate. left_out: sentences on what the result does not contain.
+    None where the method has no estimate. left_out: sentences on what the result does not contain. surface: a sentence
+    on the surface that the light met, the mesh's or a smoother one.
     """
 
     method: str
@@ -193,6 +199,7 @@ class Diagnostics:
     paths: dict[str, int] = field(default_factory=dict)
     estimated_error: float | None = None
     left_out: list[str] = field(default_factory=list)
+    surface: str = ""
 
 
 @dataclass(frozen=True)

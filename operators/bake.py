@@ -11,6 +11,7 @@ import bpy
 import numpy as np
 
 from ..kernels.scene import Settings
+from ..kernels.surface.reconstruct import Reconstruction
 from .errors import DappleError
 from .extract import read_scene
 from .mesh_arrays import TopologyCache
@@ -53,7 +54,7 @@ def request_from_scene(scene, water=None, receivers=None, frames=None, out=None)
     """
     chosen = scene.dapple
     tolerance = float(f"{chosen.tolerance:.6g}")  # Blender keeps it in float32, where 0.01 is 0.0099999998
-    settings = Settings(chosen.method, tolerance, chosen.resolution, chosen.padding)
+    settings = Settings(chosen.method, tolerance, chosen.resolution, chosen.padding, surface=chosen.surface)
     water = water or _water(chosen)
     receivers = receivers or _receivers(chosen, water)
     return BakeRequest(water, receivers, frames or _frames(scene), Path(out or _folder(chosen.output)), settings)
@@ -69,12 +70,12 @@ def bake(context, request: BakeRequest) -> Iterator[Progress]:
     scene_name, frame, subframe = context.scene.name, context.scene.frame_current, context.scene.frame_subframe
     record = Record.open(request)
     check_folder(request.out)
-    topology, texels = TopologyCache(), _TexelCache(request.settings)
+    shared = TopologyCache(), _TexelCache(request.settings), Reconstruction()
     try:
         for done, number in enumerate(request.frames, 1):
             bpy.data.scenes[scene_name].frame_set(number)
             try:
-                entry = _bake_frame(context.evaluated_depsgraph_get(), number, request, topology, texels)
+                entry = _bake_frame(context.evaluated_depsgraph_get(), number, request, *shared)
             except DappleError as error:
                 raise DappleError(f"Frame {number}: {error}") from error
             record.add(number, entry)
@@ -83,7 +84,7 @@ def bake(context, request: BakeRequest) -> Iterator[Progress]:
         bpy.data.scenes[scene_name].frame_set(frame, subframe=subframe)
 
 
-def _bake_frame(depsgraph, number, request, topology, texels):
+def _bake_frame(depsgraph, number, request, topology, texels, reconstruction):
     """Solve and write one frame; returns its entry for bake.json."""
     # Only a bake needs embreex: without this, Blender would load it at every start.
     from ..kernels import methods
@@ -93,7 +94,7 @@ def _bake_frame(depsgraph, number, request, topology, texels):
     clock.lap("extract")
     charts = tuple(texels.of(receiver) for receiver in scene.receivers)
     clock.lap("texels")
-    solution = methods.solve(scene, charts, request.settings)
+    solution = methods.solve(scene, charts, request.settings, reconstruction)
     clock.lap("solve")
     received = solution.diagnostics.flux_received
     warnings = [*warnings, *(_NO_LIGHT.format(name) for name, flux in received.items() if not flux.any())]

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import bpy
 
+from ..kernels.scene import SURFACES
 from .bake import bake, request_from_scene
 from .errors import DappleError
 from .exr_file import is_whole
@@ -33,7 +34,7 @@ def main(argv: list[str]) -> int:
 def _bake(words):
     """Bake, one line a frame; returns the exit code."""
     request = request_from_scene(bpy.context.scene, words.water, words.receivers, words.frames, words.out)
-    given = {key: getattr(words, key) for key in ("method", "tolerance", "resolution")}
+    given = {key: getattr(words, key) for key in ("method", "surface", "tolerance", "resolution")}
     settings = replace(request.settings, **{key: value for key, value in given.items() if value is not None})
     request = replace(request, settings=settings)
     said = set()
@@ -66,6 +67,7 @@ def _parser():
     words = commands.add_parser("bake", help="bake the open scene", description="Bake the caustics of the open scene.")
     words.add_argument("--frames", type=_frames, help="such as 1-24,30; default: the scene's range")
     words.add_argument("--method", choices=("auto", *METHODS), help="how the light is found; default: the scene's")
+    words.add_argument("--surface", choices=SURFACES, help="the smooth water (auto) or its mesh as it is")
     words.add_argument("--tolerance", type=float, help="relative mean squared error that is good enough")
     words.add_argument("--resolution", type=int, help="texels along each side of a map")
     words.add_argument("--out", help="folder of the maps and of bake.json; default: the scene's, //caustics")

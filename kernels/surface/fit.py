@@ -19,7 +19,7 @@ from .bspline import Lattice, Samples, evaluate, insert_knots
 CELL = 0.75  # of the typical distance of vertices
 _PENALTIES = ((3, 0, 1.0), (2, 1, 3.0), (1, 2, 3.0), (0, 3, 1.0))  # differences along y and x, weight
 _COARSER = 16  # times less penalty on cells of twice the size: differences grow 8 times, nodes are 4 times fewer
-_TOLERANCE = 1e-2, 3e-5  # residual of the normal equations, relative to their right side: coarse and fine
+_TOLERANCE = 1e-2, 5e-6  # residual of the normal equations, relative to their right side: coarse and fine
 _MOST = 500  # steps
 
 

@@ -1,9 +1,9 @@
 """The smooth water that a mesh samples, as a finer mesh whose positions and normals are that water's.
 
 On every sheet of the water that is a height field a B-spline is fitted to the vertices (`splines.py`). Each triangle is
-cut in k x k parts whose vertices take their heights and normals from it; elsewhere - at steep faces, droplets, creases -
-the mesh keeps its shape. An edge bends only where both its ends lie on one sheet, so nothing opens between the two. In
-plan nothing moves: outline, holes and areas are the mesh's.
+cut in k x k parts whose vertices take their heights and normals from it; elsewhere - at steep faces, droplets and
+creases - the mesh keeps its shape. An edge bends only where both its ends lie on one sheet, so nothing opens between
+them. In plan nothing moves: outline, holes and areas are the mesh's.
 
 k follows from how far the slopes depart from what the corners interpolate, which moves the light by so many texels.
 """
@@ -23,7 +23,7 @@ SMOOTHING = 2e-3  # lambda of `fit.py`, for vertices that lie on the surface
 _INTERPOLATED, _OWN = 2.3, 15.0
 _LOOKED = 4096  # edges that deviations are taken from, at least
 _MOST_PARTS, _MOST_TRIANGLES = 16, 4_000_000
-_AS_IT_IS = "surface: the water's mesh as it is, "
+_AS_IT_IS = "the mesh as it is, "
 
 
 @dataclass(frozen=True)
@@ -68,11 +68,11 @@ class Reconstruction:
         parts = self._parts(_rms(*splines.deviation(edges)) * need.reach, need, len(water.triangles))
         finer = self._refined(water, splines, self._tessellation(water, splines.cut, parts))
         of = f"{smooth} of {len(water.triangles)} triangles"
-        return finer, f"surface: {of} follow a B-spline through the vertices, in {parts} x {parts} parts each"
+        return finer, f"a B-spline through the vertices for {of}, in {parts} x {parts} parts each"
 
     def _parts(self, deviation, need, triangles):
         """k: the error falls as the square of the deviation, and that as k^-2."""
-        wanted = np.ceil(np.sqrt(deviation * np.sqrt(_INTERPOLATED / need.tolerance)))
+        wanted = np.ceil((deviation**2 * _INTERPOLATED / need.tolerance) ** 0.25)
         return int(np.clip(wanted, 1, max(1, min(_MOST_PARTS, np.sqrt(_MOST_TRIANGLES / triangles)))))
 
     def _tessellation(self, water, cut, parts):

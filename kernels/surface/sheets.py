@@ -62,7 +62,7 @@ def components(triangles, count):
 
 
 def _face_normals(positions, triangles):
-    """z component (T,) of the faces' normals, and their length (T,): twice the area in plan, with sign, and in space."""
+    """z (T,) of the faces' normals and their length (T,): twice the area in plan, with sign, and in space."""
     v = [np.take(positions.T, triangles[:, k], axis=1) for k in range(3)]
     e, f = v[1] - v[0], v[2] - v[0]
     x, y, z = e[1] * f[2] - e[2] * f[1], e[2] * f[0] - e[0] * f[2], e[0] * f[1] - e[1] * f[0]

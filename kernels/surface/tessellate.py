@@ -6,6 +6,8 @@ each. Corner (i, j) of the lattice in a triangle lies at its first corner + i/k 
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from ..halfedges import AFTER
@@ -115,5 +117,5 @@ def _pattern(k):
     over = {(a, b): h for h, (a, b) in enumerate(zip(table.ravel(), table[:, AFTER].ravel()))}
     across = np.array([over.get((b, a), -1) for a, b in over])
     corners = [[(n, 0) for n in range(k + 1)], [(k - n, n) for n in range(k + 1)], [(0, k - n) for n in range(k + 1)]]
-    sides = [[over[number[p], number[q]] for p, q in zip(line, line[1:])] for line in corners]
+    sides = [[over[number[p], number[q]] for p, q in pairwise(line)] for line in corners]
     return table, across, np.array(sides)

@@ -12,18 +12,19 @@ SUB = 24
 
 
 def test_walk_and_photons_agree_texel_by_texel():
-    """Photons give means of texels with independent errors over seeds; the walk, averaged over 24 x 24 points a texel,
-    gives the same mean almost without error. The standardised differences follow Student's t."""
+    """On one mesh, photons give means of texels with independent errors over seeds; the walk, averaged over 24 x 24
+    points a texel, gives the same mean almost without error. The standardised differences follow Student's t."""
     scene = pool(calm, quads=64, receivers=[floor(side=2.0)])
     side = 16
     coarse, fine = [rasterise(scene.receivers[0], side)], [rasterise(scene.receivers[0], side * SUB)]
-    walk = solve(scene, fine, Settings(method="conic_walk"))
+    walk = solve(scene, fine, Settings(method="conic_walk", surface="mesh"))
     assert walk.diagnostics.texels == {"lit": (side * SUB) ** 2}
     walked = walk.images[0][..., 0].reshape(side, SUB, side, SUB).mean((1, 3))
-    photons = [
-        solve(scene, coarse, Settings(method="photon_splat", tolerance=1e-3, points=True, seed=seed)).images[0][..., 0]
+    drawn = [
+        Settings(method="photon_splat", tolerance=1e-3, points=True, seed=seed, surface="mesh")
         for seed in range(REPLICAS)
     ]
+    photons = [solve(scene, coarse, settings).images[0][..., 0] for settings in drawn]
     mean, error = np.mean(photons, axis=0), np.std(photons, axis=0, ddof=1) / np.sqrt(REPLICAS)
     z = (mean - walked) / error
     # 256 texels, t with 15 degrees of freedom: deviation sqrt(15 / 13) = 1.07, and a mean within 4 standard errors.

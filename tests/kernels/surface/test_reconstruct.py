@@ -1,0 +1,231 @@
+"""The reconstructed water: nearer to the true one than its mesh, the same in plan, and untouched where it must be."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from waves import five_sines, flat, floor, grid, mesh_water, pool, water
+
+from dapple.kernels.halfedges import build_twins
+from dapple.kernels.maps.texels import rasterise
+from dapple.kernels.methods import solve
+from dapple.kernels.scene import Scene, Settings, Water
+from dapple.kernels.surface.reconstruct import Need, Reconstruction
+
+FINE = Need(reach=60.0, tolerance=1e-3)
+
+
+def swell(x, y):
+    """The pool's waves, twice as long: a grid of 48 quads has six vertices on the shortest."""
+    height, slope_x, slope_y = five_sines(x / 2, y / 2)
+    return height, slope_x / 2, slope_y / 2
+
+
+def shaded_smooth(positions, triangles, name="Water"):
+    """Water with the means, by angle, of the facets' normals: those that Blender makes."""
+    v = positions[triangles]
+    facet = np.cross(v[:, 1] - v[:, 0], v[:, 2] - v[:, 0])
+    facet /= np.maximum(np.linalg.norm(facet, axis=1, keepdims=True), 1e-300)
+    normals = np.zeros_like(positions)
+    for k in range(3):
+        a, b = v[:, (k + 1) % 3] - v[:, k], v[:, (k + 2) % 3] - v[:, k]
+        angle = np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), (a * b).sum(1))
+        np.add.at(normals, triangles[:, k], angle[:, None] * facet)
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
+    return Water(name, positions, triangles, normals, triangles, build_twins(triangles))
+
+
+def jittered(quads=48, side=4.8, shape=swell, seed=0):
+    """Waves over a grid whose inner vertices are moved by up to a third of a cell."""
+    x, y, triangles = grid(quads, side)
+    inner = np.maximum(np.abs(x), np.abs(y)) < side / 2 - 1e-9
+    move = np.random.default_rng(seed).uniform(-0.3, 0.3, (2, len(x))) * inner * side / quads
+    x, y = x + move[0], y + move[1]
+    return shaded_smooth(np.stack([x, y, shape(x, y)[0]], 1), triangles)
+
+
+def slope_error(w, shape=swell):
+    """Root mean square error of the normals' slopes against the true waves."""
+    _, a, b = shape(w.positions[:, 0], w.positions[:, 1])
+    n = w.normals
+    return np.sqrt(((n[:, 0] / n[:, 2] + a) ** 2 + (n[:, 1] / n[:, 2] + b) ** 2).mean())
+
+
+def plan_areas(w):
+    v = w.positions[w.triangles][:, :, :2]
+    a, b = v[:, 1] - v[:, 0], v[:, 2] - v[:, 0]
+    return (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) / 2
+
+
+def rim(w):
+    """Points (n,2) of the rim in plan."""
+    half = np.flatnonzero(w.twins < 0)
+    return w.positions[w.triangles.ravel()[half], :2]
+
+
+@pytest.mark.parametrize("irregular", [False, True])
+def test_slopes_are_the_waves_not_the_meshs(irregular):
+    regular = water(swell, 48, level=0.0)
+    mesh = jittered() if irregular else shaded_smooth(regular.positions, regular.triangles)
+    smooth, sentence = Reconstruction().apply(mesh, FINE)
+    assert "B-spline" in sentence and len(smooth.triangles) > 4 * len(mesh.triangles)
+    assert slope_error(smooth) < slope_error(mesh) / 8
+    height, _, _ = swell(smooth.positions[:, 0], smooth.positions[:, 1])
+    assert np.abs(smooth.positions[:, 2] - height).max() < 1e-3
+    np.testing.assert_allclose(np.linalg.norm(smooth.normals, axis=1), 1, rtol=1e-9)
+    assert smooth.normal_triangles is smooth.triangles
+    np.testing.assert_array_equal(smooth.twins, build_twins(smooth.triangles))
+
+
+def test_the_image_nears_that_of_the_true_waves():
+    """Against beams from a mesh sixteen times finer with exact normals."""
+    own = [rasterise(floor(), 128)]
+    true = solve(pool(quads=512), own, Settings(surface="mesh")).images[0][..., 0]
+    exact = pool(quads=64)
+    scene = replace(exact, water=shaded_smooth(exact.water.positions, exact.water.triangles))
+    errors = {}
+    for surface in ("mesh", "auto"):
+        answer = solve(scene, own, Settings(surface=surface))
+        errors[surface] = ((answer.images[0][..., 0] - true) ** 2).mean() / true.mean() ** 2
+        received = answer.diagnostics.flux_received["Floor"][0]
+        assert received == pytest.approx(true.mean() * 16, rel=1e-3)
+    assert errors["auto"] < errors["mesh"] / 20
+
+
+def test_in_plan_nothing_moves():
+    mesh = jittered(24)
+    hole = ~(np.abs(mesh.positions[mesh.triangles][:, :, :2]).max((1, 2)) < 0.5)
+    mesh = shaded_smooth(mesh.positions, mesh.triangles[hole])
+    smooth, sentence = Reconstruction().apply(mesh, FINE)
+    assert f"{len(mesh.triangles)} of {len(mesh.triangles)}" in sentence
+    parts = len(smooth.triangles) // len(mesh.triangles)
+    np.testing.assert_allclose(plan_areas(smooth), np.repeat(plan_areas(mesh) / parts, parts), rtol=1e-9)
+    assert len(rim(smooth)) == len(rim(mesh)) * np.sqrt(parts)
+
+
+def test_flat_water_stays_flat():
+    for tilt in (0.0, 1e-9, 0.1):
+        still = shaded_smooth(*tilted(tilt))
+        smooth, sentence = Reconstruction().apply(still, FINE)
+        assert smooth is still and "fine enough" in sentence
+        smooth, _ = Reconstruction().apply(still, Need(60.0, 1e-300))
+        off = smooth.positions[:, 2] - tilt * smooth.positions[:, 0]
+        assert np.abs(off).max() < 1e-14 and len(smooth.triangles) >= len(still.triangles)
+
+
+def tilted(tilt):
+    x, y, triangles = grid(16, 4.0)
+    return np.stack([x, y, tilt * x], 1), triangles
+
+
+def test_flat_and_custom_normals_are_the_artists():
+    mesh = jittered(16)
+    corners = np.arange(mesh.triangles.size).reshape(-1, 3)
+    facets = replace(mesh, normals=mesh.normals[mesh.triangles.ravel()], normal_triangles=corners)
+    kept, sentence = Reconstruction().apply(facets, FINE)
+    assert kept is facets and "set by hand" in sentence
+
+
+def test_a_setting_keeps_the_mesh():
+    scene = pool(quads=32)
+    own = [rasterise(floor(), 32)]
+    kept = solve(scene, own, Settings(surface="mesh")).diagnostics
+    taken = solve(scene, own, Settings()).diagnostics
+    assert "asked for" in kept.surface and "B-spline" in taken.surface and "surface" in taken.seconds
+    assert taken.paths["beams"] > kept.paths["beams"]
+    with pytest.raises(ValueError, match="surface must be one of auto, mesh"):
+        solve(scene, own, Settings(surface="loop"))
+
+
+def test_a_mesh_fine_enough_is_taken_as_it_is():
+    mesh = jittered(48)
+    kept, sentence = Reconstruction().apply(mesh, Need(reach=0.01, tolerance=0.1))
+    assert kept is mesh and "fine enough" in sentence
+
+
+def test_fins_droplets_and_overhangs_stay_as_they_are_and_the_rest_is_smooth():
+    """A breaking wave: the mesh is sheared until a part overhangs; a small piece floats above."""
+    x, y, triangles = grid(64, 4.0)
+    crest = np.exp(-((x / 0.35) ** 2))
+    positions = np.stack([x + 0.9 * crest * (0.4 * crest), y, 0.4 * crest + 0.01 * np.sin(5 * y)], 1)
+    drop = np.array([[0, 0, 1.0], [0.05, 0, 1.0], [0, 0.05, 1.02]])
+    positions = np.concatenate([positions, drop])
+    triangles = np.concatenate([triangles, [[len(x), len(x) + 1, len(x) + 2]]])
+    mesh = shaded_smooth(positions, triangles)
+    overhang = plan_areas(mesh) < 0
+    assert overhang.sum() > 50, "the wave must break, or the test shows nothing"
+    smooth, _ = Reconstruction().apply(mesh, FINE)
+    kept = mesh.triangles[overhang | (np.arange(len(triangles)) == len(triangles) - 1)]
+    np.testing.assert_array_equal(smooth.positions[kept], mesh.positions[kept])
+    np.testing.assert_array_equal(smooth.triangles[-1], mesh.triangles[-1])
+    assert (smooth.positions[:, 2] > -0.02).all() and (smooth.positions[:, 2] < 1.03).all()
+    np.testing.assert_array_equal(smooth.twins, build_twins(smooth.triangles))
+    assert (smooth.twins < 0).sum() == 3 + ((mesh.twins < 0).sum() - 3) * np.sqrt(
+        (len(smooth.triangles) - 1) / (len(triangles) - 1)
+    )
+    calm = np.abs(mesh.positions[:, 0]) > 1.5
+    calm[-3:] = False
+    assert 0 < np.abs(smooth.positions[: len(positions)] - mesh.positions)[calm].max() < 1e-4
+
+
+def test_a_step_in_the_water_is_not_smoothed_away():
+    """Two levels joined by steep faces, and a crease: vertices stay within a hundredth of their distance."""
+    x, y, triangles = grid(40, 4.0)
+    z = np.where(x > 0.01, 0.3, 0.0) + 0.2 * np.abs(y)
+    mesh = shaded_smooth(np.stack([x, y, z], 1), triangles)
+    smooth, _ = Reconstruction().apply(mesh, FINE)
+    assert np.abs(smooth.positions[: len(x), 2] - z).max() < 0.02 * 0.1 * 1.01
+    assert smooth.positions[:, 2].max() < 0.71 and smooth.positions[:, 2].min() > -0.01
+
+
+def test_layers_over_each_other_have_surfaces_of_their_own():
+    lower, upper = jittered(), jittered(seed=1)
+    positions = np.concatenate([lower.positions, upper.positions + np.array([0.3, 0.1, 0.5])])
+    triangles = np.concatenate([lower.triangles, upper.triangles + len(lower.positions)])
+    smooth, sentence = Reconstruction().apply(shaded_smooth(positions, triangles), FINE)
+    assert f"{len(triangles)} of {len(triangles)}" in sentence
+    assert np.abs(smooth.positions[: len(positions), 2] - positions[:, 2]).max() < 3e-4
+
+
+def test_turned_meshes_keep_their_side():
+    mesh = jittered(24)
+    turned = replace(mesh, normals=-mesh.normals, triangles=mesh.triangles[:, ::-1])
+    turned = mesh_water(turned.positions, np.ascontiguousarray(turned.triangles), turned.normals)
+    one, other = (Reconstruction().apply(w, FINE)[0] for w in (mesh, turned))
+    assert (one.normals[:, 2] > 0).all() and (other.normals[:, 2] < 0).all()
+    assert (plan_areas(one) > 0).all() and (plan_areas(other) < 0).all()
+
+
+def test_frames_share_what_their_triangles_share_and_no_more():
+    """A sequence in which the topology changes gives what each frame gives alone."""
+    frames = [jittered(24), jittered(24, seed=1), jittered(20), jittered(24)]
+    shared = Reconstruction()
+    for frame in frames:
+        together, alone = shared.apply(frame, FINE)[0], Reconstruction().apply(frame, FINE)[0]
+        np.testing.assert_array_equal(together.positions, alone.positions)
+        np.testing.assert_array_equal(together.triangles, alone.triangles)
+        np.testing.assert_array_equal(together.twins, alone.twins)
+
+
+def test_water_of_few_triangles():
+    for quads in (1, 2):
+        mesh = shaded_smooth(*grid_water(quads))
+        smooth, _ = Reconstruction().apply(mesh, FINE)
+        assert np.isfinite(smooth.positions).all() and np.isfinite(smooth.normals).all()
+    empty = np.zeros((0, 3), int)
+    dry = Water("Dry", np.zeros((0, 3)), empty, np.zeros((0, 3)), empty, np.zeros(0, int))
+    assert Reconstruction().apply(dry, FINE)[0] is dry
+
+
+def grid_water(quads):
+    x, y, triangles = grid(quads, 2.0)
+    return np.stack([x, y, five_sines(x, y)[0]], 1), triangles
+
+
+def test_need_grows_with_depth_and_shrinks_with_texels():
+    def reach(z, resolution):
+        own = [rasterise(floor(z=z), resolution)]
+        return Need.of(Scene(water(flat, 4), (floor(z=z),), (), ()), own, 0.01).reach
+
+    assert reach(0.0, 64) == pytest.approx((1 - 1 / 1.333) * 1.5 / (4 / 64))
+    assert reach(-1.5, 128) == pytest.approx(4 * reach(0.0, 64))
