@@ -23,6 +23,11 @@ def fresnel_transmittance(cos_i, cos_t, eta):
     return 1 - 0.5 * (r_s * r_s + r_p * r_p)
 
 
+def dot(a, b):
+    """Products (k,) of vectors (3,k), of which one may be (3,1)."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
 def sun_frame(direction):
     """Rotation (3,3) whose rows are two axes across the light and s = -direction: x' = R x has light along -z."""
     s = -np.asarray(direction, float)

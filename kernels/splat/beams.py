@@ -29,14 +29,15 @@ _MIDDLES = ([6, 14, 11], [7, 8, 12], [13, 9, 10], [12, 13, 14])  # of the parts'
 
 
 def splat(lit, twins, lander, shadowed, sheet, texel_area, tolerance):
-    """Leave the flux [W for 1 W/m^2] of all beams on a Sheet; returns {cause: W (C,)} of what reaches no receiver.
+    """Leave the flux [W for 1 W/m^2] of all beams on a Sheet; returns {cause: W (C,)} of what reaches no receiver, what
+    meets the water [W], and the predicted error.
 
     lit: LitWater; twins (3T,); shadowed (T,) bool from `may_be_shadowed`; texel_area [m^2] of the finest map; tolerance
     [texel] within which a beam's image must be affine.
     """
     work = _Work(lander, sheet, texel_area, tolerance)
     if not lit.area.any():
-        return work.lost, work.error
+        return work.lost, work.met, work.error
     mesh = MeshNodes.of(lit, twins, lander, shadowed)
     rest = work.settle_mesh(mesh, lit.area)
     nodes, six, area, shade = mesh.nodes, mesh.six(rest), lit.area[rest], shadowed[rest]
@@ -46,7 +47,7 @@ def splat(lit, twins, lander, shadowed, sheet, texel_area, tolerance):
             break
         nodes, six = _split(lander, nodes, np.take(six, rest, axis=1), shade[rest])
         area, shade = np.tile(area[rest] / 4, 4), np.tile(shade[rest], 4)
-    return work.lost, work.error
+    return work.lost, work.met, work.error
 
 
 def _split(lander, nodes, six, shade):
@@ -66,8 +67,10 @@ class _Work:
     def __init__(self, lander, sheet, texel_area, tolerance):
         self.lander, self.sheet = lander, sheet
         self.texel_area, self.finest = np.asarray(texel_area), np.min(texel_area)
-        self.lost = {cause: np.zeros(sheet.channels) for cause in (*LOST.values(), "reflected")}
-        self.error, self.tolerance = 0.0, tolerance
+        self.rows = lander.rows
+        causes = (*LOST.values(), "reflected", *(("absorbed",) if self.rows.absorbing else ()))
+        self.lost = {cause: np.zeros(sheet.channels) for cause in causes}
+        self.met, self.error, self.tolerance = 0.0, 0.0, tolerance
 
     def settle_mesh(self, mesh, area):
         """Deposit the triangles of the water's own mesh that are ready, all but those of the largest errors, such that
@@ -75,10 +78,11 @@ class _Work:
         nodes, lit = mesh.nodes, area > 0
         chart = np.take(nodes.chart, mesh.corner[0])
         x, y = np.take(nodes.x, mesh.corner), np.take(nodes.y, mesh.corner)
-        error = self._predict(mesh.bent(), chart, x, y, area)
-        ready = lit & self._ready(chart, np.where(lit, error, 0.0), area)
+        six = mesh.six(slice(None)) if self.rows.varies else mesh.corner  # the middles give the mean of a quadratic
+        error = self._predict(mesh.bent(), chart, x, y, area, self._light(nodes, six))
+        ready = lit & self._ready(chart, np.where(lit, error, 0.0), self._size(nodes, six, area))
         at = np.flatnonzero(ready)
-        flux = self._book(nodes, np.take(mesh.corner, at, axis=1), area[at])
+        flux = self._book(nodes, np.take(six[-3:], at, axis=1), area[at])
         landed = np.flatnonzero(chart[at] >= 0)
         at = at[landed]
         self.error += error[at].sum()
@@ -90,22 +94,35 @@ class _Work:
         chart, x, y = (np.take(v, six) for v in (nodes.chart, nodes.x, nodes.y))
         same = (chart[1:] == chart[0]).all(0)
         bent = np.where(same, np.maximum(_bend(x), _bend(y)), np.inf)
-        error = self._predict(bent, chart[0], x[:3], y[:3], area)
-        whole = self._ready(chart[0], error, area)
-        size = np.sqrt(2 * area / self.finest)  # texels across the light
+        error = self._predict(bent, chart[0], x[:3], y[:3], area, self._light(nodes, six))
+        size = self._size(nodes, six, area)
+        whole = self._ready(chart[0], error, size)
         straddling, order = straddlers(chart)
         at = np.flatnonzero(straddling & ~same & (size < _CUT))
         done = self._cut(nodes, np.take_along_axis(six[:, at], order[:, at], axis=0), area[at], shade[at])
         whole[at[done]] = True
-        small = ~whole & (last | (size * np.take(nodes.spread, six).max(0) < _POINT))
-        at = np.flatnonzero(same & whole)
+        small = ~whole & (last | (np.sqrt(2 * area / self.finest) * np.take(nodes.spread, six).max(0) < _POINT))
+        at = np.flatnonzero(same & (whole | small))
         self.error += error[at].sum()
-        self._spread(nodes.take(six[:3, at].ravel()), area[at])
-        at = np.flatnonzero(small)
+        weigh = slice(3, 6) if self.rows.varies else slice(0, 3)  # the middles give the mean of a quadratic
+        self._spread(nodes.take(six[:3, at].ravel()), area[at], self._book(nodes, six[weigh][:, at], area[at]))
+        at = np.flatnonzero(small & ~same)
         self._points(nodes.take(six[:, at].ravel()), np.tile(area[at] / 6, 6))
         return np.flatnonzero(~(whole | small))
 
-    def _ready(self, chart, error, area):
+    def _light(self, nodes, six):
+        """Mean and range (n,) over beams six (6,n) of a light that varies, of what passes the water; else 1 and 0."""
+        if not self.rows.varies:
+            return 1.0, 0.0
+        passed = np.take(self.rows.passed(nodes.carried), six)
+        return passed.mean(0), np.ptp(passed, axis=0)
+
+    def _size(self, nodes, six, area):
+        """How many texels (n,) beams are across, where they meet the receiver if the light of a lamp spreads them."""
+        size = np.sqrt(2 * area / self.finest)
+        return size * np.take(nodes.spread, six).max(0) if self.rows.varies else size
+
+    def _ready(self, chart, error, size):
         """Whether (n,) beams, of errors `error` or inf where their rays do not agree, need no closer look.
 
         Those of the least errors, such that their sum takes no more than half of what is left of the tolerance: the
@@ -114,31 +131,36 @@ class _Work:
         most = _cut_off(error[np.isfinite(error)], (self.tolerance - self.error) / 2)
         if self.lander.certain:
             return error <= most
-        size = np.sqrt(2 * area / self.finest)
         good = np.where(chart < 0, size < _SIGHT_LOST, (error <= most) & (size < _SIGHT))
         return np.isfinite(error) & good
 
-    def _predict(self, bent, chart, x, y, area):
-        """Sum of squared errors (n,) that spreading evenly leaves on the texels, of images x, y (3,n) that are `bent`.
+    def _predict(self, bent, chart, x, y, area, light):
+        """Sum of squared errors (n,) that spreading evenly leaves on the texels, of images x, y (3,n) that are `bent`
+        and `light`, as `_light` says.
 
         A beam of flux F that is L texels long and w wide puts some F bent / L into the wrong texel on each of L
-        texels, and less by w^-3 where it is wide and what moves stays inside.
+        texels, and less by w^-3 where it is wide and what moves stays inside. Where the light ranges over R, linearly,
+        its variance is R^2 / 18.
         """
+        mean, spans = light
         (x1, x2), (y1, y2) = x[1:] - x[0], y[1:] - y[0]
         long = np.maximum(np.maximum(x1 * x1 + y1 * y1, x2 * x2 + y2 * y2), (x2 - x1) ** 2 + (y2 - y1) ** 2)
         long = np.sqrt(np.maximum(long, 1.0))
         wide = np.maximum(np.abs(x1 * y2 - x2 * y1) / long, 1.0)
         flux = area / np.take(self.texel_area, np.take(self.lander.image, np.maximum(chart, 0)))
-        error = _ERROR * (flux * np.minimum(bent, 1.0)) ** 2 / (long * wide**3)
+        error = _ERROR * (flux * mean * np.minimum(bent, wide)) ** 2 / (long * wide**3)
+        if self.rows.varies:
+            error += (flux * spans) ** 2 / (9 * long * wide)
         side = self.sheet.resolution
         beside = [(v.max(0) < -bent) | (v.min(0) > side + bent) for v in (x, y)]
         error[beside[0] | beside[1]] = 0  # what lands beyond the map is wrong on no texel
         return np.where(chart < 0, np.where(np.isfinite(bent), 0.0, np.inf), np.where(np.isfinite(bent), error, np.inf))
 
-    def _spread(self, corners, area):
-        """Spread beams of area (n,) over the triangles of Nodes corners (3n,): first, second, third corners."""
-        index = np.arange(3 * len(area)).reshape(3, -1)
-        flux = self._book(corners, index, area)
+    def _spread(self, corners, area, flux=None):
+        """Spread beams of area (n,) over the triangles of Nodes corners (3n,): first, second, third corners; flux (C,n)
+        is the mean of theirs, unless it is given."""
+        if flux is None:
+            flux = self._book(corners, np.arange(3 * len(area)).reshape(3, -1), area)
         chart, landed = corners.chart[: len(area)], np.flatnonzero(corners.chart[: len(area)] >= 0)
         x, y = (v.reshape(3, -1)[:, landed] for v in (corners.x, corners.y))
         self.sheet.add_triangles(chart[landed], x, y, flux[:, landed])
@@ -150,16 +172,21 @@ class _Work:
         self.sheet.add_points(nodes.chart[landed], nodes.x[landed], nodes.y[landed], flux[:, landed])
 
     def _book(self, nodes, corner, area):
-        """Flux (C,n) that passes of beams of area (n,) through corners (k,n); books what is reflected of them, and what
-        of them lands on no chart."""
+        """Flux (C,n) that arrives of beams of area (n,) through nodes corner (k,n); books what meets the water, what is
+        reflected and absorbed of it, and what lands on no chart."""
         chart = np.take(nodes.chart, corner[0])
-        flux = area * sum(np.take(nodes.passed, c, axis=1) for c in corner) / len(corner)
+        carried = area * sum(np.take(nodes.carried, c, axis=1) for c in corner) / len(corner)
+        met, passed, flux = self.rows.met(carried, area), self.rows.passed(carried), self.rows.arriving(carried)
         for code, cause in LOST.items():
             of_it = np.flatnonzero(chart == code)
             if len(of_it):
-                self.lost[cause] += area[of_it].sum() if code == SHADOWED else flux[:, of_it].sum(1)
+                self.lost[cause] += (met if code == SHADOWED else passed)[of_it].sum()
         lit = chart != SHADOWED
-        self.lost["reflected"] += area[lit].sum() - flux[:, lit].sum(1)
+        self.lost["reflected"] += met[lit].sum() - passed[lit].sum()
+        if self.rows.absorbing:
+            landed = chart >= 0
+            self.lost["absorbed"] += passed[landed].sum() - flux[:, landed].sum(1)
+        self.met += met.sum()
         return flux
 
     def _cut(self, nodes, six, area, shade):

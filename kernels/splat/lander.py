@@ -10,10 +10,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..optics import dot
 from ..rays import MISS
+from .carried import Rows
 from .photons import bend, bounce
 
-MISSED, OCCLUDED, SHADOWED = -1, -2, -3
+MISSED, OCCLUDED, SHADOWED, UNLIT = -1, -2, -3, -4
 LOST = {MISSED: "missed", OCCLUDED: "occluded", SHADOWED: "shadowed"}
 _SPREAD = 16.0  # area on the receiver per area of the beam, at most: light along a wall has no limit
 
@@ -21,8 +23,8 @@ _SPREAD = 16.0  # area on the receiver per area of the beam, at most: light alon
 @dataclass
 class Nodes:
     """Points of the water and where their rays land: m, n (3,k) position and normal, interpolated, not unit; chart
-    (k,) by number, or MISSED, OCCLUDED, SHADOWED; x, y (k,) texel coordinates; spread (k,) area on the
-    receiver per area of the beam; passed (C,k) share of the light that goes this way and arrives, per channel."""
+    (k,) by number, or MISSED, OCCLUDED, SHADOWED, or UNLIT off a spot's cone; x, y (k,) texel coordinates; spread (k,)
+    length on the receiver per length of the beam, at most; carried (R,k) by the lander's `rows`."""
 
     m: np.ndarray
     n: np.ndarray
@@ -30,7 +32,7 @@ class Nodes:
     x: np.ndarray
     y: np.ndarray
     spread: np.ndarray
-    passed: np.ndarray
+    carried: np.ndarray
 
     def take(self, index):
         return Nodes(*(np.take(a, index, axis=-1) for a in vars(self).values()))
@@ -50,46 +52,57 @@ class Lander:
     not `certain`.
 
     receivers of a Scene and their Texels; tracer: a Tracer over the receivers, in their order, and all that occludes;
-    sun (3,): unit direction to the sun; mirrored: reflect, do not refract. Charts are numbered through all receivers;
-    image (charts,) is the receiver that each belongs to.
+    source: see `sources.py`; eta and sigma_a (3,) of the water; mirrored: reflect, do not refract. Charts are numbered
+    through all receivers; image (charts,) is the receiver that each belongs to. rows: what rays carry.
     """
 
     certain = False
 
-    def __init__(self, receivers, texels, tracer, sun, eta, mirrored=False):
+    def __init__(self, receivers, texels, tracer, source, eta, sigma_a, mirrored=False):
         maps = [texel_maps(r, t.resolution) for r, t in zip(receivers, texels, strict=True)]
         self._maps = np.ascontiguousarray(np.concatenate([np.zeros((0, 3, 4)), *maps]).reshape(-1, 12).T)
         counts = [t.chart.max(initial=-1) + 1 for t in texels]
         bases = np.cumsum([0, *counts])
         self._charts = np.concatenate([np.zeros(0, np.int64), *(t.chart + b for t, b in zip(texels, bases))])
         self.image = np.repeat(np.arange(len(texels)), counts)
-        self._tracer, self._sun, self._eta = tracer, sun, eta
+        self._tracer, self._source, self._eta = tracer, source, eta
+        self.rows = Rows(sigma_a, source, clear=mirrored)
         self._turn, self._keep = (bounce, 1.0) if mirrored else (bend, 1 / eta)
         self._side = max((t.resolution for t in texels), default=0)
 
     def land(self, m, n, shadowed):
         """Nodes of points m (3,k) with normals n (3,k), in the world; shadowed (k,) bool: look for a shadow there."""
-        g, passed = self._turn(self._sun @ n, (n * n).sum(0), self._eta)
-        direction = n * g - (self._sun * self._keep)[:, None]
+        towards, distance, met = self._source.incident(m)
+        g, share = self._turn(dot(towards, n), dot(n, n), self._eta)
+        direction = n * g - towards * self._keep
         hit = self._tracer.first(m.T, direction.T)
         on_receiver = (hit != MISS) & (hit < len(self._charts))
         chart = np.where(hit == MISS, MISSED, OCCLUDED)
         triangle = np.where(on_receiver, hit, 0)
-        x = y = np.zeros(len(chart))
+        x = y = tau = np.zeros(len(chart))
         spread = np.ones(len(chart))
         if len(self._charts):
             with np.errstate(divide="ignore", invalid="ignore"):  # a surface exactly along the ray, or none
                 fall = self._along(0, triangle, direction, 0)
-                point = m - self._along(0, triangle, m, 1) / fall * direction
+                tau = -self._along(0, triangle, m, 1) / fall
+                point = m + tau * direction
                 x, y = self._along(1, triangle, point, 1), self._along(2, triangle, point, 1)
             on_receiver &= np.isfinite(x) & np.isfinite(y)
             x, y = np.clip(x, 0, self._side), np.clip(y, 0, self._side)
             chart = np.where(on_receiver, np.take(self._charts, triangle), chart)
             spread = np.where(on_receiver, 1 / np.maximum(np.abs(fall), 1 / _SPREAD), 1.0)
+        carried = self.rows.of(met, share, tau, on_receiver)
+        chart[self._in_shadow(m, towards, distance, shadowed)] = SHADOWED
+        if self._source.varies:
+            spread *= self._source.growth(distance, np.where(on_receiver, tau, 0.0) * self._keep)
+            chart[met == 0] = UNLIT
+        return Nodes(m, n, chart, x, y, spread, carried)
+
+    def _in_shadow(self, m, towards, distance, shadowed):
+        """Indices of the points m (3,k) that something stands before, of those to be looked at, shadowed (k,)."""
         looked = np.flatnonzero(shadowed)
-        towards = np.broadcast_to(self._sun, (len(looked), 3))
-        chart[looked[self._tracer.blocked(m[:, looked].T, towards)]] = SHADOWED
-        return Nodes(m, n, chart, x, y, spread, passed[None])
+        towards, distance = np.broadcast_to(towards, m.shape)[:, looked], np.broadcast_to(distance, len(shadowed))
+        return looked[self._tracer.blocked(m[:, looked].T, towards.T, distance[looked])]
 
     def _along(self, row, triangle, vectors, homogeneous):
         maps = self._maps[4 * row : 4 * row + 4]

@@ -14,32 +14,40 @@ _PENDING = 1 << 19  # photons between two bincounts: their bins are larger than 
 
 
 class Bins:
-    """Flux per bin: `count` texels of images, then one bin for each name of `lost`."""
+    """Flux per bin in C channels: `count` texels of images, then one bin for each name of `lost`; and `met`, the flux
+    of all photons."""
 
-    def __init__(self, count, lost):
+    def __init__(self, count, lost, channels=1):
         self.count, self.lost = count, lost
+        self.met = 0.0
         self._cell = np.empty(_PENDING, np.int64)
-        self._flux = np.empty(_PENDING)
+        self._flux = np.empty((channels, _PENDING))
         self._filled = 0
-        self._bins = np.zeros(count + len(lost))
+        self._bins = np.zeros((channels, count + len(lost)))
 
     def add(self, cell, flux):
-        """Add flux (n,) to bins cell (n,), n at most _PENDING."""
+        """Add flux (C,n) to bins cell (n,), n at most _PENDING."""
         if self._filled + len(cell) > _PENDING:
             self._flush()
         block = slice(self._filled, self._filled + len(cell))
-        self._cell[block], self._flux[block] = cell, flux
+        self._cell[block], self._flux[:, block] = cell, flux
         self._filled += len(cell)
 
+    def add_lost(self, cause, flux):
+        """Add flux, a number or (C,), to the bin of a cause."""
+        self._bins[:, self.count + self.lost.index(cause)] += flux
+
     def take(self):
-        """Flux of the texel bins (count,) and {cause: flux}; the bins start again from zero."""
+        """Flux of the texel bins (C,count), {cause: (C,)} and met; all start again from zero."""
         self._flush()
         bins, self._bins = self._bins, np.zeros_like(self._bins)
-        return bins[: self.count], {name: float(bins[self.count + k]) for k, name in enumerate(self.lost)}
+        met, self.met = self.met, 0.0
+        return bins[:, : self.count], {name: bins[:, self.count + k] for k, name in enumerate(self.lost)}, met
 
     def _flush(self):
-        cell, flux = self._cell[: self._filled], self._flux[: self._filled]
-        self._bins += np.bincount(cell, flux, minlength=len(self._bins))
+        cell = self._cell[: self._filled]
+        for bins, flux in zip(self._bins, self._flux[:, : self._filled], strict=True):
+            bins += np.bincount(cell, flux, minlength=len(bins))
         self._filled = 0
 
 
@@ -49,7 +57,9 @@ class Rays:
     def __init__(self, lander, receivers, resolution, lit, shadowed):
         self._lander, self._shadowed, self._resolution = lander, shadowed, resolution
         self._causes = {code: receivers * resolution**2 + k for k, code in enumerate(LOST)}
-        self._bins = Bins(receivers * resolution**2, (*LOST.values(), "reflected"))
+        self._rows = lander.rows
+        lost = (*LOST.values(), "reflected", *(("absorbed",) if self._rows.absorbing else ()))
+        self._bins = Bins(receivers * resolution**2, lost, self._rows.count)
         self._forms = Forms(lit, lit.frame.T, lit.frame.T)  # positions and normals back in the world
 
     def add(self, triangles, points, flux):
@@ -62,18 +72,27 @@ class Rays:
         cell = (np.take(self._lander.image, np.maximum(nodes.chart, 0)) * side + j) * side + i
         for code, lost in self._causes.items():
             cell[nodes.chart == code] = lost
-        flux = np.repeat(flux, points.shape[1])
-        through = flux * np.where(nodes.chart == SHADOWED, 1.0, nodes.passed[0])
-        self._bins.add(cell, through)
-        self._bins.add(np.full(1, self._bins.count + len(LOST)), np.array([(flux - through).sum()]))
+        self._book(cell, nodes.chart, np.repeat(flux, points.shape[1]), nodes.carried)
+
+    def _book(self, cell, chart, area, carried):
+        """Leave what photons of area (n,) carry in the bins cell (n,)."""
+        flux = area * carried
+        met, passed, landed = self._rows.met(flux, area), self._rows.passed(flux), chart >= 0
+        kept = np.where(landed, self._rows.arriving(flux), np.where(chart == SHADOWED, met, passed))
+        self._bins.add(cell, kept)
+        self._bins.add_lost("reflected", (met - passed)[chart != SHADOWED].sum())
+        if self._rows.absorbing:
+            self._bins.add_lost("absorbed", (passed - kept)[:, landed].sum(1))
+        self._bins.met += met.sum()
 
     def take(self):
-        """Flux per texel of all images and per cause of loss; starts again from zero."""
+        """Flux per texel of all images (C,n), per cause of loss (C,), and of all photons; starts again from zero."""
         return self._bins.take()
 
 
 class Plane:
-    """Photons land on the only receiver, of which `plane.one_plane` gives the map: no ray is needed."""
+    """Photons of a Sun land through clear water on the only receiver, of which `plane.one_plane` gives the map: no ray
+    is needed."""
 
     def __init__(self, own, eta, lit, plane):
         self._resolution, self._eta = own.resolution, eta
@@ -101,12 +120,13 @@ class Plane:
         passed = passed.reshape(len(triangles), -1)
         through = passed * flux[:, None]
         self._bins.add(cell, through.ravel())
-        lost = flux.sum() * points.shape[1] - through.sum()
-        self._bins.add(np.full(1, end + 1), np.array([lost]))
+        met = flux.sum() * points.shape[1]
+        self._bins.add_lost("reflected", met - through.sum())
+        self._bins.met += met
 
     def take(self):
         """As `Rays.take`."""
-        flux, lost = self._bins.take()
-        lost["missed"] += flux[self._off].sum()
-        flux[self._off] = 0
-        return flux, lost
+        flux, lost, met = self._bins.take()
+        lost["missed"] = lost["missed"] + flux[:, self._off].sum(1)
+        flux[:, self._off] = 0
+        return flux, lost, met

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..lit_water import light_water, may_be_shadowed, part_of
 from ..rays import Tracer, soup
-from ..scene import Diagnostics, Sun
+from ..scene import Diagnostics, Spot
 from ..solution import answer, check_texels
 from ..status import Status
 from .beams import splat
@@ -34,8 +34,8 @@ _MOST = 1 << 26  # photons in a half
 _REASONS = {False: "beams find every path, without noise, whatever the receiver", True: "points find every path"}
 _LEFT_OUT = [
     "what lies between the rays: objects less than about six texels wide as the light sees them count in part",
-    "the sun's disc: light comes from its centre",
-    "light that meets the water twice or is absorbed in it",
+    "the disc of the sun and the size of lamps: light comes from their centre",
+    "light that meets the water twice",
 ]
 
 
@@ -50,79 +50,90 @@ def solve(scene, texels, settings):
     start = time.perf_counter()
     solids = soup((*scene.receivers, *scene.occluders))
     tracer = Tracer(*solids)
-    suns = [_Lit(scene, sun, texels, tracer, solids) for sun in scene.lights if isinstance(sun, Sun)]
-    work.left_out += [f"lamp '{light.name}'" for light in scene.lights if not isinstance(light, Sun)]
-    work.flux_in = sum((lit.water.area.sum() * lit.sun.irradiance for lit in suns), np.zeros(3))
+    lights = [_Lit(scene, light, texels, tracer, solids, settings.points) for light in scene.lights]
     work.seconds["prepare"] = time.perf_counter() - start
     start = time.perf_counter()
     if settings.points:
-        irradiance = _until_good(suns, texels, settings, work).mean(0)
+        irradiance = _until_good(lights, texels, settings, work).mean(0)
     else:
-        irradiance = _by_beams(suns, texels, settings, work)
+        irradiance = _by_beams(lights, texels, settings, work)
     work.seconds["photons"] = time.perf_counter() - start
     return answer(scene, texels, irradiance, np.where(irradiance.any(1), Status.LIT, Status.DARK), work)
 
 
 class _Lit:
-    """One sun, the water in its light, and where that lands."""
+    """One light, the water in it, and where that lands."""
 
-    def __init__(self, scene, sun, texels, tracer, solids):
-        self.scene, self.sun, self.texels = scene, sun, texels
-        self.water = light_water(scene.water, sun)
+    def __init__(self, scene, light, texels, tracer, solids, points):
+        self.scene, self.texels = scene, texels
+        self.water = light_water(scene.water, light)
         shadowed = may_be_shadowed(self.water, *solids)
         mirrors = may_reflect_onto(self.water, scene.receivers)
-        plane = None if shadowed.any() else one_plane(scene, texels)
+        source, medium = self.water.source, (scene.eta, np.asarray(scene.sigma_a, float))
 
         def lander(mirrored):
-            return Lander(scene.receivers, texels, tracer, self.water.frame[2], scene.eta, mirrored)
+            return Lander(scene.receivers, texels, tracer, source, *medium, mirrored)
 
-        if plane is None:
-            through = lander(mirrored=False)
-        else:
-            through = PlaneLander(plane, texels[0].chart, self.water.frame[2], scene.eta)
+        through = lander(mirrored=False)
+        # The rim of a cone is a border, which needs rays; points know the plane for the sun in clear water only.
+        plain = not (shadowed.any() or isinstance(light, Spot) or (points and through.rows.total > 1))
+        plane = one_plane(scene, texels) if plain else None
+        if plane is not None:
+            through = PlaneLander(plane, texels[0].chart, source, *medium)
+        self._rows, self._power = through.rows, source.power
         self._ways = [_Way(self.water, scene.water.twins, shadowed, through)]
         if mirrors.any():
             part = part_of(self.water, scene.water.twins, mirrors)
             self._ways.append(_Way(*part, shadowed[mirrors], lander(mirrored=True)))
 
     def spread(self, tolerance):
-        """Flux [W for 1 W/m^2] per owned texel (K,) and per cause of loss, by beams, and its predicted relative mean
+        """Flux [W] per owned texel (K,3), per cause of loss and in all (3,), by beams, and its predicted relative mean
         squared error, which is to be within the tolerance."""
-        sheet = Sheet(self._ways[0].lander.image, len(self.texels), self.texels[0].resolution)
+        sheet = Sheet(self._ways[0].lander.image, len(self.texels), self.texels[0].resolution, self._rows.count)
         texel_area = [t.area.sum() / len(t.area) for t in self.texels]
         count, area = sum(len(t.area) for t in self.texels), sum(t.area.sum() for t in self.texels)
-        mean = min(self.water.area.sum() / area, 1.0)  # if all light arrives, or as much as a sun brings
+        mean = min(self.water.light() / area, 1.0)  # if all light arrives, or as much as the source's power
         square = count * mean**2
-        lost, errors = zip(*(splat(*w.start(), sheet, texel_area, tolerance * square) for w in self._ways), strict=True)
+        work = [splat(*w.start(), sheet, texel_area, tolerance * square) for w in self._ways]
+        lost, met, errors = zip(*work, strict=True)
         flux = sheet.flux()
         beside = sheet.landed - flux.sum(1)
         lost[0]["missed"] += np.where(beside > _ROUNDING * sheet.landed, beside, 0.0)
         mean = flux.sum() / sheet.channels / area
-        return *self._own(flux[0], lost), sum(errors) / (count * mean**2) if mean > 0 else 0.0
+        return *self._own(flux, lost, met), sum(errors) / (count * mean**2) if mean > 0 else 0.0
 
     def throw(self, photons, rng):
         """As `spread`, by about `photons` points, and how many there were."""
-        flux, lost, used = 0.0, [], 0
+        flux, lost, met, used = 0.0, [], [], 0
         for way in self._ways:
             landing = way.points(self.scene, self.texels)
             for triangles, points, each in batches(way.water, photons * way.share(self.water), rng):
                 landing.add(triangles, points, each)
                 used += len(triangles) * points.shape[1]
-            landed, own = landing.take()
-            flux, lost = flux + landed, [*lost, own]
-        return *self._own(flux, lost), used
+            landed, own, all_of_it = landing.take()
+            flux, lost, met = flux + landed, [*lost, own], [*met, all_of_it]
+        return *self._own(flux, lost, met), used
 
-    def _own(self, flux, lost):
-        """What the texels own of the images' flux; what fell beside the charts is missed.
+    def _own(self, flux, lost, met):
+        """What the texels own of the images' flux (C, texels), what is lost, and what met the water; beside the charts
+        it is missed.
 
         Light that is reflected is lost, by the first of `lost`, until the way that follows it has brought it home.
         """
         books = lost[0]
-        for way, own in zip(self._ways[1:], lost[1:]):
-            books["reflected"] -= way.water.area.sum() - sum(own.values())
-        parts = [t.gather(part) for t, part in zip(self.texels, np.split(flux, len(self.texels)), strict=True)]
-        books["missed"] += sum(off for _, off in parts)
-        return np.concatenate([owned for owned, _ in parts]), books
+        for all_of_it, own in zip(met[1:], lost[1:]):
+            books["reflected"] = books["reflected"] - (all_of_it - sum(own.values()))
+        owned = []
+        for k, channel in enumerate(flux):
+            parts = [t.gather(part) for t, part in zip(self.texels, np.split(channel, len(self.texels)), strict=True)]
+            books["missed"][k] += sum(off for _, off in parts)
+            owned.append(np.concatenate([own for own, _ in parts]))
+        coloured = {cause: self._in_colour(watts) for cause, watts in books.items()}
+        return self._in_colour(np.stack(owned)).T, coloured, met[0] * self._power
+
+    def _in_colour(self, flux):
+        """Flux [W] (3, ...) in red, green and blue of flux (C, ...) [W for 1 W/m^2] of the channels."""
+        return (flux[self._rows.channel].T * self._power).T
 
 
 class _Way:
@@ -152,54 +163,55 @@ class _Way:
         return self._points
 
 
-def _by_beams(suns, texels, settings, work):
-    """Irradiance (K,3) by beams; books losses."""
+def _by_beams(lights, texels, settings, work):
+    """Irradiance (K,3) by beams; books what comes in and what is lost."""
     area = np.concatenate([t.area for t in texels])
-    irradiance = np.zeros((len(area), 3))
+    flux = np.zeros((len(area), 3))
     errors = [0.0]
-    for lit in suns:
-        owned, lost, error = lit.spread(settings.tolerance)
-        irradiance += (owned / area)[:, None] * lit.sun.irradiance
+    for lit in lights:
+        owned, lost, met, error = lit.spread(settings.tolerance)
+        flux += owned
         errors.append(error)
-        _book(work, lost, lit.sun)
+        _book(work, lost, met)
     work.estimated_error = max(errors)
-    work.paths = {"beams": sum(np.count_nonzero(lit.water.area) for lit in suns)}
-    return irradiance
+    work.paths = {"beams": sum(np.count_nonzero(lit.water.area) for lit in lights)}
+    return flux / area[:, None]
 
 
-def _book(work, lost, sun):
-    """Add {cause: W for 1 W/m^2} of one sun to the books."""
+def _book(work, lost, met, share=1.0):
+    """Add a `share` of {cause: (3,) W} lost and of what met the water (3,) to the books."""
+    work.flux_in = work.flux_in + share * met
     for cause, watts in lost.items():
-        work.flux_lost[cause] = work.flux_lost.get(cause, np.zeros(3)) + watts * sun.irradiance
+        work.flux_lost[cause] = work.flux_lost.get(cause, np.zeros(3)) + share * watts
 
 
-def _until_good(suns, texels, settings, work):
+def _until_good(lights, texels, settings, work):
     """Irradiance (2, K, 3) of two independent halves, with photons added until their difference is within tolerance."""
     area = np.concatenate([t.area for t in texels])
-    water = max((s.water.area.sum() for s in suns), default=0.0)
+    water = max((s.water.area.sum() for s in lights), default=0.0)
     photons = min(_PILOT * water * len(area) / area.sum(), _MOST)
     while True:
-        halves, used = _halves(suns, photons, len(area), settings.seed, work)
+        halves, used = _halves(lights, photons, len(area), settings.seed, work)
         halves /= area[:, None]
         work.paths = {"photons": used}
         error = work.estimated_error = _difference(halves, area)
         if error <= settings.tolerance or photons >= _MOST or not used:
             return halves
-        drawn = used / (2 * len(suns))  # a little more than asked for: strata are whole
+        drawn = used / (2 * len(lights))  # a little more than asked for: strata are whole
         photons = min(drawn * _MARGIN * (error / settings.tolerance) ** (1 / _DECAY), _MOST)
 
 
-def _halves(suns, photons, count, seed, work):
+def _halves(lights, photons, count, seed, work):
     """Flux (2, K, 3) [W] on the texels of two independent draws, and photons used; books losses in `work`."""
     halves = np.zeros((2, count, 3))
     used = 0
-    work.flux_lost = {}
-    for lit in suns:
+    work.flux_lost, work.flux_in = {}, np.zeros(3)
+    for lit in lights:
         for half in (0, 1):
-            flux, lost, n = lit.throw(photons, np.random.default_rng([seed, half]))
-            halves[half] += flux[:, None] * lit.sun.irradiance
+            flux, lost, met, n = lit.throw(photons, np.random.default_rng([seed, half]))
+            halves[half] += flux
             used += n
-            _book(work, {cause: watts / 2 for cause, watts in lost.items()}, lit.sun)
+            _book(work, lost, met, 1 / 2)
     return halves, used
 
 

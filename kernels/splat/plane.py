@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..optics import dot
+from .carried import Rows
 from .lander import MISSED, Nodes, texel_maps
 from .photons import bend
 
@@ -30,25 +32,28 @@ def one_plane(scene, texels):
 class PlaneLander:
     """As `lander.Lander`, without a ray: where refracted light meets the plane, within its map or beyond.
 
-    plane (3,4) from `one_plane`; chart (T,) of the receiver's triangles, which count as one here; sun (3,): unit
-    direction to the sun.
+    plane (3,4) from `one_plane`; chart (T,) of the receiver's triangles, which count as one here; source: that of a Sun
+    or a Point; eta and sigma_a (3,) of the water.
     """
 
     certain = True
 
-    def __init__(self, plane, chart, sun, eta):
+    def __init__(self, plane, chart, source, eta, sigma_a):
         self.image = np.zeros(chart.max(initial=0) + 1, np.int64)
-        self.plane, self._sun, self._eta = plane, sun, eta
+        self.plane, self._source, self._eta = plane, source, eta
+        self.rows = Rows(sigma_a, source)
 
     def land(self, m, n, _shadowed):
         """Nodes of points m (3,k) with normals n (3,k), in the world."""
-        g, passed = bend(self._sun @ n, (n * n).sum(0), self._eta)
+        towards, _, met = self._source.incident(m)
+        g, share = bend(dot(towards, n), dot(n, n), self._eta)
         linear, offset = self.plane[:, :3], self.plane[:, 3:]
         height, x, y = linear @ m + offset
-        fall, dx, dy = (linear @ n) * g - (linear @ self._sun)[:, None] / self._eta
+        fall, dx, dy = (linear @ n) * g - linear @ towards / self._eta
         with np.errstate(divide="ignore", invalid="ignore"):  # light along the plane
             tau = -height / fall
             x, y = x + tau * dx, y + tau * dy
         meets = (tau > 0) & np.isfinite(x) & np.isfinite(y)
         x, y = np.where(meets, x, 0.0), np.where(meets, y, 0.0)
-        return Nodes(m, n, np.where(meets, 0, MISSED), x, y, np.ones(len(x)), passed[None])
+        carried = self.rows.of(met, share, tau, meets)
+        return Nodes(m, n, np.where(meets, 0, MISSED), x, y, np.ones(len(x)), carried)

@@ -23,11 +23,11 @@ def may_reflect_onto(lit, receivers):
     lowest = corners[:, :, 2].min()
     solid = [r.positions[r.triangles] for r in receivers]
     solid = np.concatenate([np.zeros((0, 3, 3)), *(s[s[:, :, 2].max(1) > lowest] for s in solid)])
-    ray = reflected(lit.normals, np.array([0.0, 0.0, 1.0])) @ lit.frame
-    rise = ray[:, 2][lit.normal_triangles[lights]].min(1)
+    ray, of = _rays(lit, corners, lights)
+    rise = ray[:, 2][of].min(1)
     near = rise < _LEVEL
     if len(solid) and not near.all():
-        ray = ray[np.unique(lit.normal_triangles[lights][~near])]
+        ray = ray[np.unique(of[~near])]
         near |= _under(corners, solid, ray[:, :2] / ray[:, 2:], lowest)
     elif not len(solid):
         near = rise < 0  # down, to what lies below
@@ -35,9 +35,18 @@ def may_reflect_onto(lit, receivers):
     return lights
 
 
+def _rays(lit, corners, lights):
+    """Directions (k,3) of the light that triangles `lights` (T,) reflect, and which of them (n,3) at their corners."""
+    of = lit.normal_triangles[lights]
+    if not lit.source.varies:
+        return reflected(lit.normals, np.array([0.0, 0.0, 1.0])) @ lit.frame, of
+    towards, _, _ = lit.source.incident(corners.reshape(-1, 3).T)
+    return reflected(lit.normals[of].reshape(-1, 3), towards.T), np.arange(of.size).reshape(of.shape)
+
+
 def reflected(normals, towards):
-    """Unit directions (n,3) of light from the unit direction `towards` (3,) after reflection at normals (n,3)."""
-    along = np.maximum(normals @ towards, 0) / np.maximum((normals**2).sum(1), np.finfo(float).tiny)
+    """Unit directions (n,3) of light from unit directions `towards` (n,3) or (3,) after reflection at normals (n,3)."""
+    along = np.maximum((normals * towards).sum(1), 0) / np.maximum((normals**2).sum(1), np.finfo(float).tiny)
     return 2 * along[:, None] * normals - towards
 
 
