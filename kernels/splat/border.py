@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 _STEPS = 8  # bisections: the border is found to 1 / 2^8 of an edge
+_SAG = 0.05  # of the way from the middle of the cut to the corners: how far it may be off
 
 # Per lone corner: the six nodes (corners 0-2, middles 3-5 of the edges from them) in the order that puts it first.
 _TURNS = np.array([[0, 1, 2, 3, 4, 5], [1, 2, 0, 4, 5, 3], [2, 0, 1, 5, 3, 4]]).T
@@ -48,4 +49,20 @@ def cut(lander, nodes, six, shade):
             low, high = np.where(before, middle, low), np.where(before, high, middle)
             near, far = near.where(before, found), far.where(~before, found)
         crossings.append(((low + high) / 2, near, far))
-    return crossings, sound
+    return crossings, sound & _straight(lander, nodes, six, shade, crossings)
+
+
+def _straight(lander, nodes, six, shade, crossings):
+    """Whether (n,) the border between the crossings of both edges is as straight as it is taken to be: halfway, a point
+    a little nearer to the lone corner lies on its side, one a little farther on the other."""
+    (_, near_s, far_s), (_, near_t, far_t) = crossings
+    one, other = near_s.chart, far_s.chart
+    straight = np.ones(len(one), bool)
+    for side, ends, corners in ((one, (near_s, near_t), six[:1]), (other, (far_s, far_t), six[1:3])):
+        point = []
+        for name in ("m", "n"):
+            middle = (getattr(ends[0], name) + getattr(ends[1], name)) / 2
+            corner = sum(np.take(getattr(nodes, name), c, axis=1) for c in corners) / len(corners)
+            point.append(middle + _SAG * (corner - middle))
+        straight &= lander.land(*point, shade).chart == side
+    return straight
