@@ -1,0 +1,93 @@
+"""Right, reported or wrong: what each method makes of a construction, against what is expected.
+
+Right: every texel within the stated tolerance. Reported: not right, but each texel that is off carries a status that
+says why, or a sentence in `left_out` does. Wrong: off, and silent.
+"""
+
+import re
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from dapple.kernels.maps.texels import rasterise
+from dapple.kernels.methods import solve
+from dapple.kernels.scene import Settings
+from dapple.kernels.status import Status
+
+METHODS = {
+    "beams": Settings(method="photon_splat", tolerance=1e-4, surface="mesh"),
+    "points": Settings(method="photon_splat", tolerance=1e-3, points=True, surface="mesh"),
+    "all roots": Settings(method="conic_walk", surface="mesh"),
+    "first root": Settings(method="conic_walk", first_root=True, surface="mesh"),
+}
+COMPLETE = ("beams", "points")  # methods that are to find all of the light
+EVERY = (*COMPLETE, "first root")
+_POINTS = 8
+ONE_PATH = r"every path to a texel but the first"
+NOT_MEANS = r"the mean over the texel"
+TWICE = r"meets the water twice"
+EXPLAINING = (
+    Status.NO_WATER,
+    Status.OFF_THE_RIM,
+    Status.NO_ROOT,
+    Status.BLOCKED,
+    Status.TORN,
+    Status.LOST,
+    Status.INCOMPLETE,
+)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """outcome: right, reported or wrong; why: the error found, the statuses or the sentence; error: relative mean
+    squared error over all texels."""
+
+    outcome: str
+    why: str
+    error: float
+
+
+def run(scene, resolution, method):
+    """Solution of a Scene by one of METHODS. A walk knows points only: its map is the mean over 8 x 8 points a texel,
+    with the status of the most telling one."""
+    settings = METHODS[method]
+    points = _POINTS if settings.method == "conic_walk" else 1
+    texels = [rasterise(receiver, resolution * points, settings.padding) for receiver in scene.receivers]
+    answer = solve(scene, texels, settings)
+    if points == 1:
+        return answer
+    shape = (resolution, points, resolution, points)
+    images = tuple(i.reshape(*shape, 3).mean((1, 3)) for i in answer.images)
+    return replace(answer, images=images, status=tuple(s.reshape(shape).max((1, 3)) for s in answer.status))
+
+
+def judge(images, statuses, left_out, expected, tolerance, worst, sentences=()):
+    """Verdict on the images (H,W,3) and statuses (H,W) of a Solution and the sentences of its `left_out`.
+
+    expected: `photons.Expected`; tolerance: relative mean squared error, beyond the expectation's own noise; worst:
+    how far a single texel may be off, as a part of what is expected there, or of the mean where that is more, beyond
+    four standard errors; sentences: regular expressions, one of which `left_out` must match where statuses do not tell.
+    """
+    image = np.concatenate([i[..., 0].ravel() for i in images])
+    status = np.concatenate([s.ravel() for s in statuses])
+    wanted, noise = (np.concatenate([i.ravel() for i in part]) for part in (expected.images, expected.errors))
+    owned = status != Status.EMPTY
+    image, status, wanted, noise = image[owned], status[owned], wanted[owned], noise[owned]
+    assert (np.isfinite(image) & (image >= 0)).all(), "light that is negative or no number is never right"
+    mean = wanted.mean() or 1.0
+    # Two draws tell the noise of a texel roughly, that of all texels together well: take the larger of both.
+    noise = np.maximum(noise, np.sqrt((noise**2).mean()) * np.sqrt(np.maximum(wanted, mean) / mean))
+    squared = (image - wanted) ** 2 - noise**2
+    error = squared.mean() / mean**2
+    off = np.abs(image - wanted) > worst * np.maximum(wanted, mean) + 4 * noise
+    if error <= tolerance and not off.any():
+        return Verdict("right", f"{max(error, 0):.1e}", error)
+    told = np.isin(status, EXPLAINING)
+    if told.any() and not (off & ~told).any() and squared[~told].sum() <= tolerance * mean**2 * len(image):
+        names = ", ".join(f"{(status == s).sum()} {s.name.lower()}" for s in EXPLAINING if (status == s).any())
+        return Verdict("reported", f"status of texels: {names}", error)
+    for sentence in sentences:
+        for said in left_out:
+            if re.search(sentence, said):
+                return Verdict("reported", f"left out: {said}", error)
+    return Verdict("wrong", f"error {error:.1e}, {off.sum()} of {len(off)} texels off and silent", error)

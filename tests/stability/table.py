@@ -1,0 +1,56 @@
+"""The table of docs/stability.md: constructions down, methods across."""
+
+from dataclasses import dataclass, field
+
+from dapple.tests.stability.judge import METHODS
+
+_HEAD = """# Stability
+
+Constructions that are known to be awkward, one test each in `tests/stability/`, and what every method makes of them.
+**Right**: every texel is within the tolerance (relative mean squared error of the map; how far one texel may be off, as
+a part of what is expected there). *Reported*: not right, but every texel that is off carries a status that says why, or
+a sentence of the record (`left_out`) does. **Wrong** would be: off, and silent. No cell may be.
+
+Unless a row says otherwise the water is the mesh as it is, without reconstruction. The last column says why the
+expected answer is right.
+Made from the tests' own results by `./dapple test tests/stability --stability-table docs/stability.md`.
+"""
+
+
+@dataclass
+class Row:
+    """One construction: name, case, why the answer is right, the test's id, the tolerance, method -> Verdict."""
+
+    name: str
+    case: str
+    why: str
+    node: str
+    tolerance: str = ""
+    cells: dict = field(default_factory=dict)
+
+    def line(self, notes):
+        """The row as Markdown; sentences of reported cells go into `notes`, and their number into the cell."""
+        cells = [_cell(self.cells.get(method), notes) for method in METHODS]
+        name = self.name.rstrip(".") + (f" ({self.case})" if self.case else "")
+        return f"| {name} | {' | '.join(cells)} | {self.tolerance} | {self.why} |"
+
+
+def page(rows):
+    """The whole page, Markdown."""
+    rows = sorted(rows, key=lambda row: row.node.partition("::")[0])
+    notes, lines = {}, []
+    for row in rows:
+        lines.append(row.line(notes))
+    head = f"| construction | {' | '.join(METHODS)} | tolerance | expected, and why |"
+    rule = "|---" * (len(METHODS) + 3) + "|"
+    told = [f"{number}. {text}" for text, number in notes.items()]
+    return "\n".join([_HEAD, head, rule, *lines, "", "What is reported:", "", *told, ""])
+
+
+def _cell(verdict, notes):
+    """One cell, with a reference to what is reported."""
+    if verdict is None:
+        return "-"
+    if verdict.outcome != "reported":
+        return f"**{verdict.outcome}**" if verdict.outcome == "wrong" else verdict.outcome
+    return f"*reported* [{notes.setdefault(verdict.why, len(notes) + 1)}]"
