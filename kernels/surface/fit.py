@@ -43,18 +43,24 @@ def fit(points, distance, smoothing):
 
     distance [m]: typical distance of neighbouring points in plan; smoothing: lambda, in points per cell.
     """
-    x, y, z = points.T
-    plane, *_ = np.linalg.lstsq(np.stack([np.ones_like(x), x, y], 1), z, rcond=None)
-    rest = z - plane @ np.stack([np.ones_like(x), x, y])
-    lattice = _coarse_lattice(points[:, :2], distance)
-    penalty = smoothing * len(z) / (4 * lattice.cells[0] * lattice.cells[1])
+    x, y, _ = points.T
+    rest, plane = detrended(points)
+    lattice = coarse_lattice(points[:, :2], distance)
+    penalty = smoothing * len(rest) / (4 * lattice.cells[0] * lattice.cells[1])
     c = np.zeros(lattice.shape)
-    c = _solve(Samples(lattice, x, y), rest, penalty / _COARSER, c, _TOLERANCE[0])
+    c = solve(Samples(lattice, x, y), rest, penalty / _COARSER, c, _TOLERANCE[0])
     lattice = lattice.halved()
-    return HeightField(lattice, _solve(Samples(lattice, x, y), rest, penalty, insert_knots(c), _TOLERANCE[1]), plane)
+    return HeightField(lattice, solve(Samples(lattice, x, y), rest, penalty, insert_knots(c), _TOLERANCE[1]), plane)
 
 
-def _coarse_lattice(points, distance):
+def detrended(points):
+    """Heights (n,) of points (n,3) over their plane of least squares, and that plane (3,): z = plane . (1, x, y)."""
+    basis = np.stack([np.ones(len(points)), points[:, 0], points[:, 1]], 1)
+    plane, *_ = np.linalg.lstsq(basis, points[:, 2], rcond=None)
+    return points[:, 2] - basis @ plane, plane
+
+
+def coarse_lattice(points, distance):
     """The Lattice over the box of points (n,2) whose halved cells are about CELL distances wide."""
     low, high = points.min(0), points.max(0)
     extent = np.maximum(high - low, distance)
@@ -62,8 +68,8 @@ def _coarse_lattice(points, distance):
     return Lattice(low, extent / cells, (int(cells[1]), int(cells[0])))
 
 
-def _solve(samples, z, penalty, c, tolerance):
-    """Coefficients by conjugate gradients from c on."""
+def solve(samples, z, penalty, c, tolerance):
+    """Coefficients (rows, columns) for heights z (n,) at Samples, by conjugate gradients from c on."""
     diagonal = samples.diagonal() + penalty * _roughness_diagonal(samples.shape)
     diagonal[diagonal == 0] = 1  # coefficients that nothing asks for
     right = samples.spread(z)

@@ -17,7 +17,6 @@ import numpy as np
 from .splines import Splines
 from .tessellate import Tessellation
 
-SMOOTHING = 2e-3  # lambda of `fit.py`, for vertices that lie on the surface
 # The relative mean squared error over the squared deviation of the light in texels, the most seen on regular, jittered,
 # blue-noise and iso-surface meshes of five waters: of linear interpolation between right slopes, and of a mesh's own.
 _INTERPOLATED, _OWN = 2.3, 15.0
@@ -48,10 +47,11 @@ class Need:
 
 
 class Reconstruction:
-    """What the frames of one sequence share."""
+    """What the frames of one sequence share: how much the vertices are smoothed, estimated once, and how triangles are
+    cut while they stay the same."""
 
     def __init__(self):
-        self._known = None
+        self._known = self._smoothing = None
 
     def apply(self, water, need):
         """(Water, sentence): the Water reconstructed for a Need, or as it is where that would gain nothing."""
@@ -61,14 +61,15 @@ class Reconstruction:
         own = _rms(*_own_deviation(water, edges)) * need.reach
         if _OWN * own**2 <= need.tolerance:
             return water, _AS_IT_IS + "which is fine enough"
-        splines = Splines(water, SMOOTHING)
+        splines = Splines(water, self._smoothing)
+        self._smoothing = splines.smoothing
         smooth = np.count_nonzero((splines.sheet[water.triangles] >= 0).all(1))
         if not smooth:
             return water, _AS_IT_IS + "since it is nowhere a wide and smooth height field"
         parts = self._parts(_rms(*splines.deviation(edges)) * need.reach, need, len(water.triangles))
         finer = self._refined(water, splines, self._tessellation(water, splines.cut, parts))
         of = f"{smooth} of {len(water.triangles)} triangles"
-        return finer, f"a B-spline through the vertices for {of}, in {parts} x {parts} parts each"
+        return finer, f"a B-spline, lambda = {self._smoothing:g}, for {of}, in {parts} x {parts} parts each"
 
     def _parts(self, deviation, need, triangles):
         """k: the error falls as the square of the deviation, and that as k^-2."""

@@ -6,6 +6,7 @@ import numpy as np
 
 from .fit import fit
 from .sheets import components, find_sheets
+from .smoothing import choose_smoothing
 
 _CREASE = 0.02  # of the distance of vertices, and
 _OUTLIER = 8.0  # deviations: a vertex farther off the spline than both is not on the surface that it describes
@@ -14,15 +15,21 @@ _OUTLIER = 8.0  # deviations: a vertex farther off the spline than both is not o
 class Splines:
     """Height fields fitted to a Water with smooth shading.
 
-    sheet (V,): the height field that each vertex lies on, -1 where it stays as it is; cut (T,): whether a triangle
-    hangs together with any that lies on one.
+    smoothing: lambda of `fit.py`, chosen from the largest sheet where it is None. sheet (V,): the height field that
+    each vertex lies on, -1 where it stays as it is; cut (T,): whether a triangle hangs together with any that lies on
+    one.
     """
 
-    def __init__(self, water, smoothing):
+    def __init__(self, water, smoothing=None):
         self._positions, self._normals = water.positions, water.normals
         sheets = find_sheets(water.positions, water.triangles)
-        self.sheet = sheets.number
-        self._fields = [self._fit(water.triangles, sheets, k, smoothing) for k in range(sheets.count)]
+        self.sheet, self.smoothing = sheets.number.copy(), smoothing
+        of_sheets = [self._points(water.triangles, sheets, k) for k in range(sheets.count)]
+        if smoothing is None and of_sheets:
+            used, distance = max(of_sheets, key=lambda points: len(points[0]))
+            slopes = self._slopes(None, self._normals[used].T)
+            self.smoothing = choose_smoothing(self._positions[used], slopes, distance)
+        self._fields = [self._fit(water.triangles, k, *points) for k, points in enumerate(of_sheets)]
         body = components(water.triangles, len(self.sheet))
         on = np.zeros(len(self.sheet), bool)
         on[body[self.sheet >= 0]] = True
@@ -31,12 +38,15 @@ class Splines:
         upward = [self._normals[self.sheet == k, 2].sum() for k in range(sheets.count)]
         self._side = np.where(np.array(upward) < 0, -1.0, 1.0)
 
-    def _fit(self, triangles, sheets, k, smoothing):
-        """The HeightField of sheet k; takes from the sheet what does not lie on it."""
-        used = np.flatnonzero(sheets.support == k)
-        points = self._positions[used]
+    def _points(self, triangles, sheets, k):
+        """The vertices (n,) that the surface of sheet k is fitted to, and their typical distance [m]."""
         distance = typical_distance(self._positions, triangles[(sheets.support[triangles] == k).all(1)])
-        field = fit(points, distance, smoothing)
+        return np.flatnonzero(sheets.support == k), distance
+
+    def _fit(self, triangles, k, used, distance):
+        """The HeightField of sheet k through the vertices `used`; takes from the sheet what does not lie on it."""
+        points = self._positions[used]
+        field = fit(points, distance, self.smoothing)
         off = np.abs(field.at(points[:, 0], points[:, 1])[0] - points[:, 2])
         off_it = off > max(_CREASE * distance, _OUTLIER * 1.4826 * np.median(off))
         if off_it.any():

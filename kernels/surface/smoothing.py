@@ -1,0 +1,55 @@
+"""How much the vertices deserve to be smoothed, by generalised cross-validation [1].
+
+V(lambda) = |z - A z|^2 / n / (1 - tr A / n)^2 estimates, without knowing the true water, the mean squared error of
+predicting a vertex from the others, A being the fit to the vertices; its trace is taken with one random probe [2].
+From much smoothing to little, lambda falls as long as that makes the prediction better by a twentieth. Noise that
+differs from vertex to vertex stops it at V's minimum. So does the error of interpolated iso-surfaces, which follows the
+cells that they were made from: there V keeps creeping down, which would take that error for waves.
+
+[1] Craven & Wahba 1978, Smoothing noisy data with spline functions.
+[2] Girard 1989, A fast Monte-Carlo cross-validation procedure for large least squares problems with noisy data.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .bspline import Samples
+from .fit import coarse_lattice, detrended, solve
+
+LADDER = (0.6, 0.2, 0.06, 0.02, 0.006, 0.002)  # the last is right for vertices that lie on the surface
+_PAYS = 0.95  # of the predicted error, from one rung to the next
+_WINDOW = 1500  # vertices that are looked at
+_TOLERANCE = 1e-4, 1e-2  # of the fit to the vertices, and to the probe
+
+
+def choose_smoothing(points, slopes, distance):
+    """The lambda of `fit.fit` for points (n,3) [m] with slopes (2,n), whose typical distance is `distance` [m]."""
+    points = points[_roughest(points[:, :2], slopes)]
+    rest, _ = detrended(points)
+    lattice = coarse_lattice(points[:, :2], distance).halved()
+    samples = Samples(lattice, points[:, 0], points[:, 1])
+    per_cell = len(rest) / (lattice.cells[0] * lattice.cells[1])
+    probe = np.where(np.random.default_rng(0).random(len(rest)) < 0.5, -1.0, 1.0)
+    chosen, least = LADDER[0], np.inf
+    c = of_probe = np.zeros(lattice.shape)
+    for smoothing in LADDER:
+        c = solve(samples, rest, smoothing * per_cell, c, _TOLERANCE[0])
+        of_probe = solve(samples, probe, smoothing * per_cell, of_probe, _TOLERANCE[1])
+        freedom = 1 - (probe @ samples.values(of_probe)) / len(rest)
+        error = np.sqrt(((rest - samples.values(c)) ** 2).mean()) / max(freedom, np.finfo(float).tiny)
+        if error > _PAYS * least:
+            break
+        chosen, least = smoothing, error
+    return chosen
+
+
+def _roughest(plan, slopes):
+    """Indices of about _WINDOW of the points plan (n,2): those of the box in which the slopes (2,n) vary most."""
+    boxes = max(1, round(np.sqrt(len(plan) / _WINDOW)))
+    low, high = plan.min(0), plan.max(0)
+    place = np.clip((plan - low) / np.maximum(high - low, np.finfo(float).tiny) * boxes, 0, boxes - 1).astype(int)
+    box = place[:, 1] * boxes + place[:, 0]
+    count = np.maximum(np.bincount(box), 1)
+    varied = sum(np.bincount(box, s * s) - np.bincount(box, s) ** 2 / count for s in slopes)
+    return np.flatnonzero(box == np.argmax(varied))
