@@ -40,6 +40,7 @@ class Central:
     def __init__(self, lamp, reach):
         self.power = np.asarray(lamp.intensity, float) / reach**2
         self.position = lamp.position
+        self.sharp = isinstance(lamp, Spot) and lamp.blend == 0  # what is met jumps to 0 on the cone's rim
         self._lamp, self._reach = lamp, reach
 
     def incident(self, m):

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..kernels.scene import Occluder, Receiver, Scene, Water
 from .errors import DappleError
-from .lamps import read_suns
+from .lamps import read_lights
 from .medium import read_eta
 from .mesh_arrays import read_geometry, read_normals, read_uvs
 
@@ -48,9 +48,9 @@ def read_scene(depsgraph, water_names, receiver_names, topology):
             )
     water, eta = _join([found.water[name] for name in water_names], topology, found.warnings)
     receivers = tuple(found.receivers[name] for name in receiver_names)
-    suns, remarks = read_suns(found.lamps)
+    lights, remarks = read_lights(found.lamps, water)
     warnings = found.warnings + remarks + _unseen(depsgraph, found.seen, {*water_names, *receiver_names})
-    return Scene(water, receivers, tuple(found.occluders), suns, eta), list(dict.fromkeys(warnings))
+    return Scene(water, receivers, tuple(found.occluders), lights, eta), list(dict.fromkeys(warnings))
 
 
 def _check_object(name):

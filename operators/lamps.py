@@ -1,4 +1,8 @@
-"""Sun lamps of the evaluated scene as `kernels.scene.Sun`."""
+"""Lamps of the evaluated scene as lights of `kernels.scene`.
+
+What a lamp of some power means is as Blender shows it on a white diffuse plane, measured in Cycles 5.0: a point or
+spot lamp of P watts has the radiant intensity P / (4 pi), a spot on its axis, whatever its cone.
+"""
 
 from __future__ import annotations
 
@@ -6,52 +10,99 @@ import math
 
 import numpy as np
 
-from ..kernels.scene import Sun
+from ..kernels.scene import Point, Spot, Sun
+from ..kernels.under_water import under_water
 from .errors import DappleError
 
 
-def read_suns(lamps):
-    """(suns, warnings) of (name, light, world matrix (4,4)) tuples of the lamps that render.
+def read_lights(lamps, water):
+    """(lights, warnings) of (name, light, world matrix (4,4)) tuples of the lamps that render, over a Water.
 
-    Raises DappleError where no Sun lamp shines down on the scene.
+    Left out with a warning: area lamps, suns that shine upward, lamps that stand under the water. Raises DappleError
+    where no lamp is left that shines.
     """
-    suns, upward, warnings = [], [], []
+    lights, warnings = [], []
     for name, light, matrix in lamps:
-        if light.type != "SUN":
-            kind = light.type.lower()
-            warnings.append(f"Lamp '{name}' is a {kind} lamp and was left out: this version bakes Sun lamps only.")
+        if light.type == "AREA":
+            warnings.append(
+                f"Lamp '{name}' is an area lamp and was left out: this version bakes sun, point and spot lamps only."
+            )
             continue
-        sun = _sun(name, light, matrix)
-        if not sun.irradiance.any():
+        found = _READERS[light.type](name, light, matrix)
+        power = found.irradiance if light.type == "SUN" else found.intensity
+        if not power.any():
             continue
-        (suns if sun.direction[2] < 0 else upward).append(sun)
-    warnings += [f"Sun '{sun.name}' shines upward and was left out: it is below the horizon." for sun in upward]
-    if not suns:
-        raise DappleError(_no_sun(upward, warnings))
-    return tuple(suns), warnings
+        wrong = _wrong(found, water)
+        if wrong:
+            warnings.append(wrong)
+        else:
+            lights.append(found)
+    if not lights:
+        why = " ".join(warnings) or "Add one (Add > Light > Sun)."
+        raise DappleError(f"The scene has no lamp that renders and shines on the water. {why}")
+    return tuple(lights), warnings
 
 
-def _no_sun(upward, warnings):
-    """What to tell the user where nothing shines."""
-    if upward:
-        names = ", ".join(f"'{sun.name}'" for sun in upward)
-        return f"Sun {names} shines upward, from below the horizon; rotate it so that its light travels down."
-    others = f" {' '.join(warnings)}" if warnings else ""
-    return f"The scene has no Sun lamp that renders and shines; add one (Add > Light > Sun).{others}"
+def _wrong(light, water):
+    """Why a light cannot be baked, as a sentence; empty if it can."""
+    if isinstance(light, Sun):
+        upward = light.direction[2] >= 0
+        return f"Sun '{light.name}' shines upward and was left out: rotate it so that it shines down." if upward else ""
+    if under_water(water, light.position):
+        return (
+            f"Lamp '{light.name}' is under the water and was left out: move it above, for light that the water bends."
+        )
+    return ""
 
 
 def _sun(name, light, matrix):
     """The Sun of a Blender light: strength 1 and white is 1 W/m^2 across its rays."""
-    irradiance = light.energy * np.array(light.color, dtype=np.float64)
-    irradiance *= 2.0 ** getattr(light, "exposure", 0.0)  # lamps have these three since Blender 4.5
-    if getattr(light, "use_temperature", False):
-        irradiance *= np.array(light.temperature_color, dtype=np.float64)
+    irradiance = _colour(light)
     if not getattr(light, "normalize", True):
         irradiance *= _disc_area(light.angle)
-    direction = -matrix[:3, 2]
-    return Sun(name, direction / np.linalg.norm(direction), irradiance, float(light.angle))
+    return Sun(name, _axis(matrix), irradiance, float(light.angle))
 
 
 def _disc_area(angle):
     """Projected solid angle [sr] of the lamp's disc: with `normalize` off the strength is radiance, not irradiance."""
     return math.pi * math.sin(angle / 2) ** 2 if angle > 0 else 1.0
+
+
+def _point(name, light, matrix):
+    return Point(name, matrix[:3, 3], _intensity(light), float(light.shadow_soft_size))
+
+
+def _spot(name, light, matrix):
+    """The Spot of a Blender light, whose cone is stretched by the object's scale."""
+    lengths = np.linalg.norm(matrix[:3, :3], axis=0)
+    axes = matrix[:3, :3] / lengths
+    frame = np.stack([axes[:, 0] / lengths[0], axes[:, 1] / lengths[1], -axes[:, 2] / lengths[2]])
+    half_angle, blend = min(light.spot_size / 2, math.pi / 2), float(light.spot_blend)
+    radius = float(light.shadow_soft_size)
+    return Spot(name, matrix[:3, 3], _intensity(light), radius, frame, half_angle, blend)
+
+
+_READERS = {"SUN": _sun, "POINT": _point, "SPOT": _spot}
+
+
+def _axis(matrix):
+    """Unit direction (3,) in which a sun or spot shines."""
+    return -matrix[:3, 2] / np.linalg.norm(matrix[:3, 2])
+
+
+def _intensity(light):
+    """Radiant intensity (3,) [W/sr] of a point or spot lamp; with `normalize` off its power is per area of its sphere,
+    and counts four times where that has none."""
+    intensity = _colour(light) / (4 * math.pi)
+    if not getattr(light, "normalize", True):
+        intensity *= 4 * math.pi * light.shadow_soft_size**2 if light.shadow_soft_size > 0 else 4.0
+    return intensity
+
+
+def _colour(light):
+    """Power or strength of a light (3,) in red, green and blue."""
+    colour = light.energy * np.array(light.color, dtype=np.float64)
+    colour *= 2.0 ** getattr(light, "exposure", 0.0)  # lamps have these three since Blender 4.5
+    if getattr(light, "use_temperature", False):
+        colour *= np.array(light.temperature_color, dtype=np.float64)
+    return colour

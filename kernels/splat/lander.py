@@ -23,7 +23,7 @@ _SPREAD = 16.0  # area on the receiver per area of the beam, at most: light alon
 @dataclass
 class Nodes:
     """Points of the water and where their rays land: m, n (3,k) position and normal, interpolated, not unit; chart
-    (k,) by number, or MISSED, OCCLUDED, SHADOWED, or UNLIT off a spot's cone; x, y (k,) texel coordinates; spread (k,)
+    (k,) by number, or MISSED, OCCLUDED, SHADOWED, or UNLIT off a sharp cone; x, y (k,) texel coordinates; spread (k,)
     length on the receiver per length of the beam, at most; carried (R,k) by the lander's `rows`."""
 
     m: np.ndarray
@@ -95,7 +95,8 @@ class Lander:
         chart[self._in_shadow(m, towards, distance, shadowed)] = SHADOWED
         if self._source.varies:
             spread *= self._source.growth(distance, np.where(on_receiver, tau, 0.0) * self._keep)
-            chart[met == 0] = UNLIT
+            if self._source.sharp:
+                chart[met == 0] = UNLIT
         return Nodes(m, n, chart, x, y, spread, carried)
 
     def _in_shadow(self, m, towards, distance, shadowed):

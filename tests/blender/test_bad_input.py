@@ -97,8 +97,13 @@ def unrendered_sun(scene):
     objects("Sun").hide_render = True
 
 
-def bulb_only(scene):
+def area_only(scene):
+    objects("Sun").data.type = "AREA"
+
+
+def sunken_bulb(scene):
     objects("Sun").data.type = "POINT"
+    objects("Sun").location.z = 0.5
 
 
 def sun_below(scene):
@@ -131,10 +136,11 @@ BROKEN = [
     (flat_uvs, r"Receiver 'Floor' cannot take a lightmap: .*no area; unwrap it"),
     (far_uvs, r"Receiver 'Floor' cannot take a lightmap: .*unit square.*; scale it"),
     (uvs_not_finite, r"Receiver 'Floor' cannot take a lightmap: .*not numbers; unwrap it"),
-    (no_sun, r"no Sun lamp that renders and shines; add one"),
-    (unrendered_sun, r"no Sun lamp that renders and shines; add one"),
-    (bulb_only, r"no Sun lamp.*; add one .*'Sun' is a point lamp"),
-    (sun_below, r"Sun 'Sun' shines upward, from below the horizon; rotate it"),
+    (no_sun, r"no lamp that renders and shines on the water\. Add one"),
+    (unrendered_sun, r"no lamp that renders and shines on the water\. Add one"),
+    (area_only, r"no lamp that renders and shines on the water.*'Sun' is an area lamp"),
+    (sunken_bulb, r"no lamp that renders and shines.*'Sun' is under the water .*: move it above"),
+    (sun_below, r"Sun 'Sun' shines upward and was left out: rotate it"),
     (heavy_water, r"Water 'Water' has IOR 5 in its material 'Lead'; set it between"),
     (relative_output, r"output folder 'maps' is no full path; start it with //"),
 ]

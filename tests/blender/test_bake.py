@@ -189,11 +189,11 @@ def test_awkward_names_get_folders_of_their_own(pool, out):
 
 
 def test_warnings_reach_the_record(pool, out):
-    bulb = bpy.data.objects.new("Bulb", bpy.data.lights.new("Bulb", "POINT"))
-    pool.collection.objects.link(bulb)
+    panel = bpy.data.objects.new("Panel", bpy.data.lights.new("Panel", "AREA"))
+    pool.collection.objects.link(panel)
     run(pool, frames=(1,))
     (warning,) = record(out)["frames"]["1"]["warnings"]
-    assert "'Bulb' is a point lamp" in warning
+    assert "'Panel' is an area lamp" in warning
 
 
 def test_buttons_load_without_embreex(root):
