@@ -121,7 +121,7 @@ def test_the_cone_of_a_spot_and_its_blend(blend, stretch):
     expected = texel_means(expected, 64, fine=16)
     assert image.mean() == pytest.approx(expected.mean(), rel=2e-3)
     assert ((image - expected) ** 2).mean() < 2e-4 * (expected**2).mean()
-    assert (image[expected == 0] == 0).mean() > 0.95
+    assert (image[expected == 0] < 1e-3 * expected.max()).mean() > 0.98
 
 
 @either
