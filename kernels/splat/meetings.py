@@ -1,0 +1,222 @@
+"""Light that meets the water again: a refracted ray that comes out of a wave, a reflected one that hits the next.
+
+Where all of the water looks up, rays that are steeper than its steepest triangle cannot do it: going down inside the
+water they come to it from above only, going up outside from below only, which no light on that side can. Only rays that
+are not so steep are cast against the water, and followed: where they meet it, by Snell's law or, where most of the
+light is reflected, by reflection. The weaker part is not followed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..halfedges import AFTER
+from ..maps.coverage import edge_coverage
+from ..maps.uv_raster import cross2
+from ..optics import cosine_refracted, fresnel_transmittance
+from ..rays import MISS, Tracer
+
+_MOST = 4  # meetings after the first that are followed
+_GRID = 128  # cells along each side of the plan in which sheets of water are counted
+_OVERLAP = 1e-6  # of a cell
+
+
+@dataclass
+class Followed:
+    """Rays (k,) after their last meeting with the water: origin and direction (3,k); share (k,) of the light at the
+    first meeting that goes this way; inside (k,) bool, in the water; wet (k,) [m], the way in it up to there; history
+    (k,), 0 for rays that meet it once, else a number below HISTORIES that tells how they went on; trapped (k,) bool,
+    for rays that meet it more often than is followed."""
+
+    origin: np.ndarray
+    direction: np.ndarray
+    share: np.ndarray
+    inside: np.ndarray
+    wet: np.ndarray
+    history: np.ndarray
+    trapped: np.ndarray
+
+
+HISTORIES = 2 ** (_MOST + 1)
+
+
+class Meetings:
+    """Water as rays meet it from within and from without.
+
+    positions (V,3), normals (N,3) that point out of the water, triangles and normal_triangles (T,3), twins (3T,);
+    solids: a Tracer over all that ends a ray; eta.
+    """
+
+    def __init__(self, positions, normals, triangles, normal_triangles, twins, solids, eta):
+        self._positions, self._normals = positions, normals
+        self._triangles, self._normal_triangles = triangles, normal_triangles
+        self._solids, self._eta = solids, eta
+        soup = np.ascontiguousarray(positions[triangles].transpose(1, 2, 0))
+        across = _cross(soup[1] - soup[0], soup[2] - soup[0])
+        across *= _turn(across, normals, normal_triangles)
+        self.slope = _steepest(across)
+        self._stacked = np.isinf(self.slope) or _sheets(positions, triangles, twins) > 1 + _OVERLAP
+        edges = [np.sqrt(((soup[k] - soup[k - 1]) ** 2).sum(0)) for k in range(3)]
+        # Nearer than an edge of the mesh the water that a ray leaves cannot be told from the water that it meets.
+        self._edge = float(np.median(edges)) if len(triangles) else 0.0
+        self._tracer = None
+
+    def possible(self, direction):
+        """Whether (k,) rays that leave the water along direction (3,k) may meet it again: False is certain."""
+        if np.isinf(self.slope):
+            return np.ones(direction.shape[1], bool)
+        return np.abs(direction[2]) <= self.slope * np.sqrt(direction[0] ** 2 + direction[1] ** 2)
+
+    def never(self, towards):
+        """Whether no ray can meet the water again that is refracted into it from light that is `towards` (3,k) it, nor
+        be in the shadow of other water: refracted rays lie between the light's direction and the normal."""
+        flattest = min(_steepness(towards), _steepness(self._normals.T))
+        return flattest > self.slope and not self._stacked
+
+    def shaded(self, m, towards):
+        """Whether (k,) other water stands between points m (3,k) of the water and the light, `towards` (3,k) or (3,1)
+        them."""
+        towards = np.broadcast_to(towards, m.shape)
+        shade = np.full(m.shape[1], True) if self._stacked else self.possible(towards)
+        at = np.flatnonzero(shade)
+        if len(at):
+            start = (m[:, at] + self._edge * towards[:, at]).T
+            shade[at] = self._water().blocked(start, towards[:, at].T)
+        return shade
+
+    def follow(self, m, direction, inside):
+        """The Followed rays that leave points m (3,k) of the water along unit direction (3,k), all inside it or all
+        outside."""
+        count = m.shape[1]
+        rays = Followed(
+            m, direction, np.ones(count), np.full(count, inside), *np.zeros((2, count), int), np.zeros(count, bool)
+        )
+        at = np.flatnonzero(self.possible(direction))
+        if len(at):
+            rays.origin, rays.direction, rays.wet = m.copy(), direction.copy(), np.zeros(count)
+        for meeting in range(_MOST + 1):
+            at, triangle, distance = self._next(rays, at)
+            if not len(at):
+                break
+            if meeting == _MOST:
+                rays.trapped[at] = True
+                break
+            self._meet(rays, at, triangle, distance)
+            at = at[self.possible(rays.direction[:, at])]
+        return rays
+
+    def _water(self):
+        if self._tracer is None:
+            self._tracer = Tracer(self._positions, self._triangles)
+        return self._tracer
+
+    def _next(self, rays, at):
+        """Those of the rays `at` that come to the water before anything solid: which, triangle and distance.
+
+        Water that they come to from the side on which they are not - the mesh is no closed surface - is passed.
+        """
+        start = np.full(len(at), self._edge)
+        found = []
+        for _ in range(_MOST):
+            if not len(at):
+                break
+            origin, direction = rays.origin[:, at], rays.direction[:, at]
+            hit = self._water().first((origin + start * direction).T, direction.T)
+            met = np.flatnonzero(hit != MISS)
+            at, hit, origin, direction = at[met], hit[met], origin[:, met], direction[:, met]
+            corners, across, turn = self._facet(hit)
+            fall = (across * direction).sum(0)
+            distance = ((corners[0] - origin) * across).sum(0) / np.where(fall == 0, np.inf, fall)
+            right = (fall * turn > 0) == rays.inside[at]
+            found.append((at[right], hit[right], distance[right]))
+            at, start = at[~right], np.maximum(distance[~right], start[met][~right]) + self._edge
+        if not found:
+            return at, at, start
+        at, hit, distance = (np.concatenate(part) for part in zip(*found, strict=True))
+        free = ~self._solids.blocked(rays.origin[:, at].T, rays.direction[:, at].T, distance)
+        return at[free], hit[free], distance[free]
+
+    def _facet(self, triangle):
+        """Corners (3 of (3,n)) of triangles (n,), vectors (3,n) across them, and 1 or -1 (n,) to turn these out of the
+        water."""
+        corners = [self._positions[self._triangles[triangle, k]].T for k in range(3)]
+        across = _cross(corners[1] - corners[0], corners[2] - corners[0])
+        return corners, across, _turn(across, self._normals, self._normal_triangles[triangle])
+
+    def _meet(self, rays, at, triangle, distance):
+        """Move the rays `at` to their meeting with the water and turn them there."""
+        direction, inside = rays.direction[:, at], rays.inside[at]
+        point = rays.origin[:, at] + distance * direction
+        normal = self._normal(triangle, point)
+        along = (normal * direction).sum(0)
+        normal *= np.where(along > 0, -1.0, 1.0)  # against the ray
+        cos_i = np.abs(along)
+        ratio = np.where(inside, self._eta, 1 / self._eta)
+        squared = 1 - ratio**2 * (1 - cos_i**2)
+        total = squared <= 0
+        cos_t = np.sqrt(np.where(total, 0, squared))
+        in_air = np.where(inside, cos_t, cos_i)
+        passes = fresnel_transmittance(in_air, cosine_refracted(in_air, self._eta), self._eta) * ~total
+        through = passes >= 0.5
+        rays.wet[at] += distance * inside
+        rays.origin[:, at] = point
+        bent = ratio * direction + (ratio * cos_i - cos_t) * normal
+        rays.direction[:, at] = np.where(through, bent, direction + 2 * cos_i * normal)
+        rays.inside[at] = inside ^ through
+        rays.share[at] *= np.where(through, passes, 1 - passes)
+        rays.history[at] = 2 * np.maximum(rays.history[at], 1) + through
+
+    def _normal(self, triangle, point):
+        """Unit normals (3,n), interpolated, at points (3,n) of triangles (n,)."""
+        (v0, v1, v2), across, _ = self._facet(triangle)
+        squared = (across**2).sum(0)
+        b = (_cross(point - v0, v2 - v0) * across).sum(0) / squared
+        c = (_cross(v1 - v0, point - v0) * across).sum(0) / squared
+        n0, n1, n2 = (self._normals[self._normal_triangles[triangle, k]].T for k in range(3))
+        normal = n0 + b * (n1 - n0) + c * (n2 - n0)
+        return normal / np.sqrt((normal**2).sum(0))
+
+
+def _cross(a, b):
+    """Cross products (3,n) of vectors (3,n)."""
+    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+
+
+def _turn(across, normals, normal_triangles):
+    """-1 (n,) where vectors across (3,n) of triangles point to the other side than their shading normals, else 1."""
+    along = sum((across * normals[normal_triangles[:, k]].T).sum(0) for k in range(3))
+    return np.where(along < 0, -1.0, 1.0)
+
+
+def _steepness(direction):
+    """Least rise over run of directions (3,k), below 0 for those that go down."""
+    run = np.sqrt(direction[0] ** 2 + direction[1] ** 2)
+    return (direction[2] / np.maximum(run, np.finfo(float).tiny)).min(initial=np.inf)
+
+
+def _steepest(across):
+    """Slope of the steepest triangle, by vectors across (3,T) them; inf where one does not look up."""
+    across = across[:, across.any(0)]
+    if (across[2] <= 0).any():
+        return np.inf
+    return float(np.sqrt(((across[0] ** 2 + across[1] ** 2) / across[2] ** 2).max(initial=0)))
+
+
+def _sheets(positions, triangles, twins):
+    """How many sheets of water that looks up lie over each other, at most, in the mean over a cell of the plan.
+
+    Its borders alone tell, since what triangles have in common cancels.
+    """
+    rim = np.flatnonzero(twins < 0)
+    if not len(rim):
+        return 0.0
+    plan = positions[:, :2]
+    start, end = plan[triangles.ravel()[rim]], plan[triangles[:, AFTER].ravel()[rim]]
+    low = start.min(0)
+    cell = np.maximum((start.max(0) - low) / _GRID, np.finfo(float).tiny)
+    v0, v1, v2 = (plan[triangles[rim // 3, k]] for k in range(3))
+    wound = np.sign(cross2(v1 - v0, v2 - v0))
+    covered = edge_coverage(((start - low) / cell).T, ((end - low) / cell).T, wound[None], (_GRID, _GRID))
+    return float(covered.max())
