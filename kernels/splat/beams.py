@@ -13,12 +13,10 @@ from __future__ import annotations
 import numpy as np
 
 from .border import cut, straddlers
-from .lander import LOST, SHADOWED
+from .lander import LOST, SHADOWED, UNLIT
 from .mesh_nodes import MeshNodes
 
-# texels: larger parts are split even where all six rays agree, lest something lies between them; more so where they hit
-# nothing, since a surface along the light is thin
-_SIGHT, _SIGHT_LOST = 6.0, 3.0
+_SIGHT = 1.0  # texels: larger parts are split where something may hide between rays, though all six agree
 _CUT = 1.0  # texels: parts smaller than this that straddle one border are cut there
 _POINT = 0.25  # texels: parts smaller than this that straddle more land point by point
 _DEPTH = 14  # splits at most
@@ -39,14 +37,16 @@ def splat(lit, twins, lander, shadowed, sheet, texel_area, tolerance):
     if not lit.area.any():
         return work.lost, work.met, work.error
     mesh = MeshNodes.of(lit, twins, lander, shadowed)
-    rest = work.settle_mesh(mesh, lit.area)
-    nodes, six, area, shade = mesh.nodes, mesh.six(rest), lit.area[rest], shadowed[rest]
+    large = (2 * lit.area >= _SIGHT**2 * work.finest) | work.rows.varies
+    clear = mesh.clear(lander, shadowed, large)
+    rest = work.settle_mesh(mesh, lit.area, clear)
+    nodes, six, area, shade, clear = mesh.nodes, mesh.six(rest), lit.area[rest], shadowed[rest], clear[rest]
     for depth in range(_DEPTH + 1):
-        rest = work.settle(nodes, six, area, shade, depth == _DEPTH)
+        rest = work.settle(nodes, six, area, shade, clear, depth == _DEPTH)
         if not len(rest):
             break
         nodes, six = _split(lander, nodes, np.take(six, rest, axis=1), shade[rest])
-        area, shade = np.tile(area[rest] / 4, 4), np.tile(shade[rest], 4)
+        area, shade, clear = np.tile(area[rest] / 4, 4), np.tile(shade[rest], 4), np.tile(clear[rest], 4)
     return work.lost, work.met, work.error
 
 
@@ -72,7 +72,7 @@ class _Work:
         self.lost = {cause: np.zeros(sheet.channels) for cause in causes}
         self.met, self.error, self.tolerance = 0.0, 0.0, tolerance
 
-    def settle_mesh(self, mesh, area):
+    def settle_mesh(self, mesh, area, clear):
         """Deposit the triangles of the water's own mesh that are ready, all but those of the largest errors, such that
         the sum of those that stay is within the tolerance; returns the indices of the others."""
         nodes, lit = mesh.nodes, area > 0
@@ -80,7 +80,7 @@ class _Work:
         x, y = np.take(nodes.x, mesh.corner), np.take(nodes.y, mesh.corner)
         six = mesh.six(slice(None)) if self.rows.varies else mesh.corner  # the middles give the mean of a quadratic
         error = self._predict(mesh.bent(), chart, x, y, area, self._light(nodes, six))
-        ready = lit & self._ready(chart, np.where(lit, error, 0.0), self._size(nodes, six, area))
+        ready = lit & self._ready(chart, np.where(lit, error, 0.0), self._size(nodes, six, area), clear)
         at = np.flatnonzero(ready)
         flux = self._book(nodes, np.take(six[-3:], at, axis=1), area[at])
         landed = np.flatnonzero(chart[at] >= 0)
@@ -89,14 +89,14 @@ class _Work:
         self.sheet.add_mesh(mesh, at, np.take(x, at, axis=1), np.take(y, at, axis=1), np.take(flux, landed, axis=1))
         return np.flatnonzero(lit & ~ready)
 
-    def settle(self, nodes, six, area, shade, last):
+    def settle(self, nodes, six, area, shade, clear, last):
         """Deposit the triangles six (6,n) that are ready; returns the indices of those to split."""
         chart, x, y = (np.take(v, six) for v in (nodes.chart, nodes.x, nodes.y))
         same = (chart[1:] == chart[0]).all(0)
         bent = np.where(same, np.maximum(_bend(x), _bend(y)), np.inf)
         error = self._predict(bent, chart[0], x[:3], y[:3], area, self._light(nodes, six))
         size = self._size(nodes, six, area)
-        whole = self._ready(chart[0], error, size)
+        whole = self._ready(chart[0], error, size, clear)
         straddling, order = straddlers(chart)
         at = np.flatnonzero(straddling & ~same & (size < _CUT))
         done = self._cut(nodes, np.take_along_axis(six[:, at], order[:, at], axis=0), area[at], shade[at])
@@ -122,17 +122,20 @@ class _Work:
         size = np.sqrt(2 * area / self.finest)
         return size * np.take(nodes.spread, six).max(0) if self.rows.varies else size
 
-    def _ready(self, chart, error, size):
-        """Whether (n,) beams, of errors `error` or inf where their rays do not agree, need no closer look.
+    def _ready(self, chart, error, size, clear):
+        """Whether (n,) beams, of errors `error` or inf where their rays do not agree, need no closer look; clear (n,):
+        nothing can hide between their rays.
 
         Those of the least errors, such that their sum takes no more than half of what is left of the tolerance: the
         other half is for the parts of the others.
         """
         most = _cut_off(error[np.isfinite(error)], (self.tolerance - self.error) / 2)
-        if self.lander.certain:
-            return error <= most
-        good = np.where(chart < 0, size < _SIGHT_LOST, (error <= most) & (size < _SIGHT))
-        return np.isfinite(error) & good
+        texel = np.where(chart < 0, self.finest, np.take(self.texel_area, self._image(chart)))
+        seen = (clear & (chart != UNLIT)) | (size**2 * self.finest < _SIGHT**2 * texel)
+        return np.isfinite(error) & (error <= most) & seen
+
+    def _image(self, chart):
+        return np.take(self.lander.image, np.maximum(chart, 0))
 
     def _predict(self, bent, chart, x, y, area, light):
         """Sum of squared errors (n,) that spreading evenly leaves on the texels, of images x, y (3,n) that are `bent`
@@ -147,7 +150,7 @@ class _Work:
         long = np.maximum(np.maximum(x1 * x1 + y1 * y1, x2 * x2 + y2 * y2), (x2 - x1) ** 2 + (y2 - y1) ** 2)
         long = np.sqrt(np.maximum(long, 1.0))
         wide = np.maximum(np.abs(x1 * y2 - x2 * y1) / long, 1.0)
-        flux = area / np.take(self.texel_area, np.take(self.lander.image, np.maximum(chart, 0)))
+        flux = area / np.take(self.texel_area, self._image(chart))
         error = _ERROR * (flux * mean * np.minimum(bent, wide)) ** 2 / (long * wide**3)
         if self.rows.varies:
             error += (flux * spans) ** 2 / (9 * long * wide)

@@ -14,6 +14,7 @@ from ..optics import dot
 from ..rays import MISS
 from .carried import Rows
 from .photons import bend, bounce
+from .silhouettes import lines
 
 MISSED, OCCLUDED, SHADOWED, UNLIT = -1, -2, -3, -4
 LOST = {MISSED: "missed", OCCLUDED: "occluded", SHADOWED: "shadowed"}
@@ -58,23 +59,37 @@ class Lander:
 
     certain = False
 
-    def __init__(self, receivers, texels, tracer, source, eta, sigma_a, mirrored=False):
+    def __init__(self, receivers, texels, tracer, outlines, source, eta, sigma_a, mirrored=False):
         maps = [texel_maps(r, t.resolution) for r, t in zip(receivers, texels, strict=True)]
         self._maps = np.ascontiguousarray(np.concatenate([np.zeros((0, 3, 4)), *maps]).reshape(-1, 12).T)
         counts = [t.chart.max(initial=-1) + 1 for t in texels]
         bases = np.cumsum([0, *counts])
         self._charts = np.concatenate([np.zeros(0, np.int64), *(t.chart + b for t, b in zip(texels, bases))])
         self.image = np.repeat(np.arange(len(texels)), counts)
-        self._tracer, self._source, self._eta = tracer, source, eta
+        self._tracer, self._outlines, self._source, self._eta = tracer, outlines, source, eta
         self.rows = Rows(sigma_a, source, clear=mirrored)
         self._turn, self._keep = (bounce, 1.0) if mirrored else (bend, 1 / eta)
         self._side = max((t.resolution for t in texels), default=0)
 
+    def clear(self, m, n, triangles, shadowed):
+        """Whether (T,) nothing can hide between the rays at the corners of triangles (T,3) of points m (3,k) with
+        normals n (3,k), nor between these and the light where shadowed (T,) bool."""
+        towards = np.broadcast_to(self._source.incident(m)[0], m.shape)
+        near = self._outlines.near(m, self._rays(n, towards)[0], triangles)
+        at = np.flatnonzero(shadowed)
+        near[at] += self._outlines.near(m, towards, triangles[at])
+        return lines(near)
+
+    def _rays(self, n, towards):
+        """Unit directions (3,k) of rays of the light that is `towards` the water, from where its normals are n (3,k),
+        and the share (k,) of light in each."""
+        g, share = self._turn(dot(towards, n), dot(n, n), self._eta)
+        return n * g - towards * self._keep, share
+
     def land(self, m, n, shadowed):
         """Nodes of points m (3,k) with normals n (3,k), in the world; shadowed (k,) bool: look for a shadow there."""
         towards, distance, met = self._source.incident(m)
-        g, share = self._turn(dot(towards, n), dot(n, n), self._eta)
-        direction = n * g - towards * self._keep
+        direction, share = self._rays(n, towards)
         hit = self._tracer.first(m.T, direction.T)
         on_receiver = (hit != MISS) & (hit < len(self._charts))
         chart = np.where(hit == MISS, MISSED, OCCLUDED)

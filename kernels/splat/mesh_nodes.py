@@ -51,6 +51,16 @@ class MeshNodes:
         corner, edge, sign = by_row
         return cls(lander.land(m, n, shade), corner, edge, tail, head, sign)
 
+    def clear(self, lander, shadowed, asked):
+        """Whether (T,) nothing can hide between a triangle's rays, where asked (T,) bool, else True; shadowed (T,)
+        bool: nor above the water there."""
+        vertices = len(self.nodes.chart) - len(self.tail)
+        clear, at = np.ones(len(shadowed), bool), np.flatnonzero(asked)
+        if not lander.certain and len(at):
+            m, n = self.nodes.m[:, :vertices], self.nodes.n[:, :vertices]
+            clear[at] = lander.clear(m, n, self.corner.T[at], shadowed[at])
+        return clear
+
     def six(self, index):
         """The nodes (6,n) at the corners, and the middles of the edges, of triangles index (n,)."""
         first = len(self.nodes.chart) - len(self.tail)

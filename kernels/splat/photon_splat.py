@@ -25,6 +25,7 @@ from .photons import batches
 from .plane import PlaneLander, one_plane
 from .reflection import may_reflect_onto
 from .sheet import Sheet
+from .silhouettes import Silhouettes
 
 _PILOT = 2.0  # photons a texel in each half of the first draw, which only tells how many are needed
 _DECAY = 1.45  # measured: the error of stratified photons falls as n^-1.45, over still water and over folds alike
@@ -33,7 +34,7 @@ _ROUNDING = 1e-12
 _MOST = 1 << 26  # photons in a half
 _REASONS = {False: "beams find every path, without noise, whatever the receiver", True: "points find every path"}
 _LEFT_OUT = [
-    "what lies between the rays: objects less than about six texels wide as the light sees them count in part",
+    "what lies between the rays: objects less than half a texel wide as the light sees them count in part",
     "the disc of the sun and the size of lamps: light comes from their centre",
     "light that meets the water twice",
 ]
@@ -50,7 +51,8 @@ def solve(scene, texels, settings):
     start = time.perf_counter()
     solids = soup((*scene.receivers, *scene.occluders))
     tracer = Tracer(*solids)
-    lights = [_Lit(scene, light, texels, tracer, solids, settings.points) for light in scene.lights]
+    outlines = Silhouettes(*solids)
+    lights = [_Lit(scene, light, texels, tracer, outlines, solids, settings.points) for light in scene.lights]
     work.seconds["prepare"] = time.perf_counter() - start
     start = time.perf_counter()
     if settings.points:
@@ -64,7 +66,7 @@ def solve(scene, texels, settings):
 class _Lit:
     """One light, the water in it, and where that lands."""
 
-    def __init__(self, scene, light, texels, tracer, solids, points):
+    def __init__(self, scene, light, texels, tracer, outlines, solids, points):
         self.scene, self.texels = scene, texels
         self.water = light_water(scene.water, light)
         shadowed = may_be_shadowed(self.water, *solids)
@@ -72,7 +74,7 @@ class _Lit:
         source, medium = self.water.source, (scene.eta, np.asarray(scene.sigma_a, float))
 
         def lander(mirrored):
-            return Lander(scene.receivers, texels, tracer, source, *medium, mirrored)
+            return Lander(scene.receivers, texels, tracer, outlines, source, *medium, mirrored)
 
         through = lander(mirrored=False)
         # The rim of a cone is a border, which needs rays; points know the plane for the sun in clear water only.

@@ -172,13 +172,16 @@ def test_what_may_be_met_from_anywhere_is_never_ruled_out():
     up = rows((0, 0, 1))
     assert not meetings(*box()).never(up)
     low = water(flat, 8, side=2.0)
-    x, _, triangles = grid(8, 2.0)
-    both = np.concatenate([low.positions, low.positions + [0.5, 0, 0.3]]), np.concatenate([triangles, triangles + 81])
+    triangles = grid(8, 2.0)[2]
+    both = (
+        np.concatenate([low.positions, low.positions + np.array([0.5, 0, 0.3])]),
+        np.concatenate([triangles, triangles + 81]),
+    )
     doubled = meetings(*both)
     assert not doubled.never(up)
     shade = doubled.shaded(rows((0.6, 0.1, 1.5), (-0.8, 0.1, 1.5), (0.6, 0.1, 1.8)), up)
     np.testing.assert_array_equal(shade, [True, False, False])
-    beside = np.concatenate([low.positions, low.positions + [2.0, 0, 0]]), both[1]
+    beside = np.concatenate([low.positions, low.positions + np.array([2.0, 0, 0])]), both[1]
     assert meetings(*beside).never(up)
 
 

@@ -284,3 +284,22 @@ def test_a_wall_exactly_along_still_light_takes_none(points):
     assert all(np.isfinite(image).all() for image in answer.images)
     assert answer.diagnostics.flux_received["Wall"][0] < 1e-2 * answer.diagnostics.flux_received["Floor"][0]
     np.testing.assert_allclose(*books(answer.diagnostics), rtol=1e-9)
+
+
+@pytest.mark.parametrize("what", ["post", "wall along the light", "rope above"])
+def test_thin_things_between_the_rays_are_seen(what):
+    """Narrower than the water's triangles are apart, or seen on edge: beams against points, which see everything."""
+    wall = quad("Wall", [[-1.5, 0.11, 0], [1.5, 0.11, 0], [1.5, 0.11, 1.2], [-1.5, 0.11, 1.2]])
+    post = quad("Post", [[0.2, -0.5, 0], [0.2, -0.46, 0], [0.2, -0.46, 1.2], [0.2, -0.5, 1.2]])
+    rope = quad("Rope", [[-2, -1, 1.9], [2, 1, 2.2], [2, 1.02, 2.2], [-2, -0.98, 1.9]])
+    extra = {"post": post, "wall along the light": wall}.get(what)
+    occluders = [Occluder("Rope", rope.positions, rope.triangles)] if extra is None else []
+    receivers = [floor()] if extra is None else [floor(), extra]
+    scene = pool(quads=48, direction=(1.0, 0, -2), receivers=receivers, occluders=occluders)
+    beams, points = (
+        bake(scene, 128, tolerance, points=p).diagnostics for p, tolerance in ((False, 1e-3), (True, 1e-2))
+    )
+    if extra is None:
+        assert beams.flux_lost["shadowed"][0] == pytest.approx(points.flux_lost["shadowed"][0], rel=0.1)
+    else:
+        assert beams.flux_received[extra.name][0] == pytest.approx(points.flux_received[extra.name][0], rel=0.05)
