@@ -15,10 +15,11 @@ import numpy as np
 
 from ..lit_water import light_water, may_be_shadowed, part_of
 from ..rays import Tracer, soup
-from ..scene import Diagnostics, Spot
+from ..scene import Diagnostics, Spot, Sun
 from ..solution import answer, check_texels
 from ..status import Status
 from .beams import splat
+from .disc import Disc, within_disc
 from .lander import Lander
 from .landing import Plane, Rays
 from .photons import batches
@@ -30,12 +31,14 @@ from .silhouettes import Silhouettes
 _PILOT = 2.0  # photons a texel in each half of the first draw, which only tells how many are needed
 _DECAY = 1.45  # measured: the error of stratified photons falls as n^-1.45, over still water and over folds alike
 _MARGIN = 1.08
+_DIRECTIONS = 32  # from which points of one half come, of a sun with a disc
 _ROUNDING = 1e-12
 _MOST = 1 << 26  # photons in a half
 _REASONS = {False: "beams find every path, without noise, whatever the receiver", True: "points find every path"}
 _LEFT_OUT = [
     "what lies between the rays: objects less than half a texel wide as the light sees them count in part",
-    "the disc of the sun and the size of lamps: light comes from their centre",
+    "penumbrae of objects as wide as they are: they get the width of the water's own",
+    "the size of lamps other than suns: light comes from their centre",
     "light that meets the water twice",
 ]
 
@@ -52,7 +55,7 @@ def solve(scene, texels, settings):
     solids = soup((*scene.receivers, *scene.occluders))
     tracer = Tracer(*solids)
     outlines = Silhouettes(*solids)
-    lights = [_Lit(scene, light, texels, tracer, outlines, solids, settings.points) for light in scene.lights]
+    lights = [_Lit(scene, light, texels, tracer, outlines, solids, settings) for light in scene.lights]
     work.seconds["prepare"] = time.perf_counter() - start
     start = time.perf_counter()
     if settings.points:
@@ -66,19 +69,23 @@ def solve(scene, texels, settings):
 class _Lit:
     """One light, the water in it, and where that lands."""
 
-    def __init__(self, scene, light, texels, tracer, outlines, solids, points):
-        self.scene, self.texels = scene, texels
+    def __init__(self, scene, light, texels, tracer, outlines, solids, settings):
+        self.scene, self.light, self.texels = scene, light, texels
+        self._rest, self._tolerance = (tracer, outlines, solids, settings), settings.tolerance
         self.water = light_water(scene.water, light)
         shadowed = may_be_shadowed(self.water, *solids)
         mirrors = may_reflect_onto(self.water, scene.receivers)
         source, medium = self.water.source, (scene.eta, np.asarray(scene.sigma_a, float))
+
+        radius = light.angle / 2 if isinstance(light, Sun) else 0.0
+        self.disc = Disc(self.water, scene.receivers, texels, scene.eta, radius, settings.tolerance)
 
         def lander(mirrored):
             return Lander(scene.receivers, texels, tracer, outlines, source, *medium, mirrored)
 
         through = lander(mirrored=False)
         # The rim of a cone is a border, which needs rays; points know the plane for the sun in clear water only.
-        plain = not (shadowed.any() or isinstance(light, Spot) or (points and through.rows.total > 1))
+        plain = not (shadowed.any() or isinstance(light, Spot) or (settings.points and through.rows.total > 1))
         plane = one_plane(scene, texels) if plain else None
         if plane is not None:
             through = PlaneLander(plane, texels[0].chart, source, *medium)
@@ -88,24 +95,37 @@ class _Lit:
             part = part_of(self.water, scene.water.twins, mirrors)
             self._ways.append(_Way(*part, shadowed[mirrors], lander(mirrored=True)))
 
-    def spread(self, tolerance):
+    def spread(self):
         """Flux [W] per owned texel (K,3), per cause of loss and in all (3,), by beams, and its predicted relative mean
         squared error, which is to be within the tolerance."""
-        sheet = Sheet(self._ways[0].lander.image, len(self.texels), self.texels[0].resolution, self._rows.count)
+        side = self.texels[0].resolution
+        sheet = Sheet(self._ways[0].lander.image, len(self.texels), side, self._rows.count, self.disc.grain)
         texel_area = [t.area.sum() / len(t.area) for t in self.texels]
         count, area = sum(len(t.area) for t in self.texels), sum(t.area.sum() for t in self.texels)
         mean = min(self.water.light() / area, 1.0)  # if all light arrives, or as much as the source's power
         square = count * mean**2
-        work = [splat(*w.start(), sheet, texel_area, tolerance * square) for w in self._ways]
+        work = [splat(*w.start(), sheet, texel_area, self._tolerance * square) for w in self._ways]
         lost, met, errors = zip(*work, strict=True)
         flux = sheet.flux()
         beside = sheet.landed - flux.sum(1)
         lost[0]["missed"] += np.where(beside > _ROUNDING * sheet.landed, beside, 0.0)
-        mean = flux.sum() / sheet.channels / area
-        return *self._own(flux, lost, met), sum(errors) / (count * mean**2) if mean > 0 else 0.0
+        flux = np.stack([self.disc.blur(channel) for channel in flux])
+        owned, *books = self._own(flux, lost, met)
+        arrived = flux.sum() / sheet.channels / area
+        error = sum(errors) / square * (mean / arrived) ** 2 if arrived > 0 else 0.0
+        return owned, *books, error + self._doubt(owned)
+
+    def _doubt(self, owned):
+        """Relative mean squared error that the blur by the disc leaves in flux (K,3)."""
+        if not (self.disc.seen and owned.any()):
+            return 0.0
+        mean = owned.sum(1) / np.concatenate([t.area for t in self.texels])
+        return self.disc.error * mean.var() / mean.mean() ** 2
 
     def throw(self, photons, rng):
         """As `spread`, by about `photons` points, and how many there were."""
+        if self.disc.seen:
+            return self._throw_from_disc(photons, rng)
         flux, lost, met, used = 0.0, [], [], 0
         for way in self._ways:
             landing = way.points(self.scene, self.texels)
@@ -115,6 +135,17 @@ class _Lit:
             landed, own, all_of_it = landing.take()
             flux, lost, met = flux + landed, [*lost, own], [*met, all_of_it]
         return *self._own(flux, lost, met), used
+
+    def _throw_from_disc(self, photons, rng):
+        """As `throw`, from single directions within the sun's disc."""
+        suns = within_disc(self.light, _DIRECTIONS, rng)
+        flux, lost, met, used = 0.0, {}, 0.0, 0
+        for sun in suns:
+            part = _Lit(self.scene, sun, self.texels, *self._rest)
+            own, causes, all_of_it, count = part.throw(photons / len(suns), rng)
+            flux, met, used = flux + own / len(suns), met + all_of_it / len(suns), used + count
+            lost = {cause: lost.get(cause, 0.0) + watts / len(suns) for cause, watts in causes.items()}
+        return flux, lost, met, used
 
     def _own(self, flux, lost, met):
         """What the texels own of the images' flux (C, texels), what is lost, and what met the water; beside the charts
@@ -171,7 +202,7 @@ def _by_beams(lights, texels, settings, work):
     flux = np.zeros((len(area), 3))
     errors = [0.0]
     for lit in lights:
-        owned, lost, met, error = lit.spread(settings.tolerance)
+        owned, lost, met, error = lit.spread()
         flux += owned
         errors.append(error)
         _book(work, lost, met)

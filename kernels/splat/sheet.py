@@ -12,19 +12,22 @@ _NEXT = [1, 2, 0]
 
 
 class Sheet:
-    """`images` images of resolution^2 texels, one above the other, in `channels`; image (charts,) says which one each
-    chart is in. `landed` (C,) is the flux of all that was left, that beyond the image's rim included."""
+    """`images` images of resolution^2 texels, one above the other, in `channels`, every texel in grain^2 cells; image
+    (charts,) says which one each chart is in. `landed` (C,) is the flux of all that was left,
+    that beyond the image's rim included."""
 
-    def __init__(self, image, images, resolution, channels=1):
-        self.image, self.images, self.resolution, self.channels = image, images, resolution, channels
+    def __init__(self, image, images, resolution, channels=1, grain=1):
+        self.image, self.images, self.channels = image, images, channels
+        self.resolution, self.grain, self.side = resolution, grain, grain * resolution  # side in cells
         self.landed = np.zeros(channels)
         self._starts, self._ends, self._weights = [], [], []
-        self._flux = np.zeros((channels, images * resolution**2))
+        self._flux = np.zeros((channels, images * self.side**2))
 
     def add_triangles(self, chart, x, y, flux):
         """Spread flux (C,n) evenly over triangles x, y (3,n) [texel] of charts chart (n,)."""
+        x, y = x * self.grain, y * self.grain
         spread, density = self._densities(chart, x, y, flux)
-        x, y = x[:, spread], y[:, spread] + np.take(self.image, chart[spread]) * self.resolution
+        x, y = x[:, spread], y[:, spread] + np.take(self.image, chart[spread]) * self.side
         self._starts.append(np.stack([x.ravel(), y.ravel()]))
         self._ends.append(np.stack([x[_NEXT].ravel(), y[_NEXT].ravel()]))
         self._weights.append(np.tile(density, 3))
@@ -34,19 +37,19 @@ class Sheet:
         of their densities."""
         nodes = mesh.nodes
         chart = np.take(nodes.chart, np.take(mesh.corner[0], index))
-        spread, density = self._densities(chart, x, y, flux)
+        spread, density = self._densities(chart, x * self.grain, y * self.grain, flux)
         edge, sign = (np.take(v, index[spread], axis=1) for v in (mesh.edge, mesh.sign))
         edges = len(mesh.tail)
         weights = np.stack([np.bincount(edge.ravel(), (sign * own).ravel(), edges) for own in density])
         used = np.flatnonzero(weights.any(0))
         tail, head = mesh.tail[used], mesh.head[used]
-        above = np.take(self.image, np.take(nodes.chart, tail)) * self.resolution
-        self._starts.append(np.stack([np.take(nodes.x, tail), np.take(nodes.y, tail) + above]))
-        self._ends.append(np.stack([np.take(nodes.x, head), np.take(nodes.y, head) + above]))
+        above = np.take(self.image, np.take(nodes.chart, tail)) * self.side
+        for ends, at in ((self._starts, tail), (self._ends, head)):
+            ends.append(np.stack([np.take(nodes.x, at) * self.grain, np.take(nodes.y, at) * self.grain + above]))
         self._weights.append(np.take(weights, used, axis=1))
 
     def _densities(self, chart, x, y, flux):
-        """Indices (s,) of the triangles x, y (3,n) to spread, and their densities (C,s); the others are left here."""
+        """Indices (s,) of the triangles x, y (3,n) [cell] to spread, and their densities (C,s); leaves the others."""
         area = ((x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0])) / 2
         i, j = np.floor(x), np.floor(y)
         inside = (i[0] == i[1]) & (i[0] == i[2]) & (j[0] == j[1]) & (j[0] == j[2])
@@ -55,12 +58,16 @@ class Sheet:
         self.landed += np.take(flux, spread, axis=1).sum(1)
         at = np.flatnonzero(direct)
         for k in range(3):
-            self.add_points(chart[at], x[k, at], y[k, at], flux[:, at] / 3)
+            self._leave(chart[at], x[k, at], y[k, at], flux[:, at] / 3)
         return spread, np.take(flux, spread, axis=1) / area[spread]
 
     def add_points(self, chart, x, y, flux):
         """Leave flux (C,n) in the texels that hold the points x, y (n,)."""
-        side = self.resolution
+        self._leave(chart, x * self.grain, y * self.grain, flux)
+
+    def _leave(self, chart, x, y, flux):
+        """As `add_points`, at x, y (n,) [cell]."""
+        side = self.side
         self.landed += flux.sum(1)
         inside = np.flatnonzero((x >= 0) & (x <= side) & (y >= 0) & (y <= side))
         i, j = (np.minimum(v[inside], side - 1).astype(np.int64) for v in (x, y))
@@ -69,10 +76,10 @@ class Sheet:
             np.add.at(own, cell, more[inside])  # few points: a bincount over all texels costs more
 
     def flux(self):
-        """Flux (C, images * resolution^2) of all texels."""
+        """Flux (C, images * (grain resolution)^2) of all cells."""
         if not self._starts:
             return self._flux
-        shape = (self.images * self.resolution, self.resolution)
+        shape = (self.images * self.side, self.side)
         edges = (np.concatenate(v, axis=-1) for v in (self._starts, self._ends, self._weights))
         flux = self._flux + edge_coverage(*edges, shape).reshape(self.channels, -1)
         floor = _ROUNDING * flux.sum(1, keepdims=True)
