@@ -15,10 +15,10 @@ from dapple.kernels.scene import Settings
 from dapple.kernels.status import Status
 
 METHODS = {
-    "beams": Settings(method="photon_splat", tolerance=1e-4, surface="mesh"),
-    "points": Settings(method="photon_splat", tolerance=1e-3, points=True, surface="mesh"),
-    "all roots": Settings(method="conic_walk", surface="mesh"),
-    "first root": Settings(method="conic_walk", first_root=True, surface="mesh"),
+    "beams": Settings(method="photon_splat", tolerance=1e-4),
+    "points": Settings(method="photon_splat", tolerance=1e-3, points=True),
+    "all roots": Settings(method="conic_walk"),
+    "first root": Settings(method="conic_walk", first_root=True),
 }
 COMPLETE = ("beams", "points")  # methods that are to find all of the light
 EVERY = (*COMPLETE, "first root")
@@ -47,10 +47,12 @@ class Verdict:
     error: float
 
 
-def run(scene, resolution, method):
-    """Solution of a Scene by one of METHODS. A walk knows points only: its map is the mean over 8 x 8 points a texel,
-    with the status of the most telling one."""
-    settings = METHODS[method]
+def run(scene, resolution, method, surface="mesh"):
+    """Solution of a Scene by one of METHODS, by the water's mesh or the smooth water ("auto") that it samples.
+
+    A walk knows points only: its map is the mean over 8 x 8 points a texel, with the status of the most telling one.
+    """
+    settings = replace(METHODS[method], surface=surface)
     points = _POINTS if settings.method == "conic_walk" else 1
     texels = [rasterise(receiver, resolution * points, settings.padding) for receiver in scene.receivers]
     answer = solve(scene, texels, settings)

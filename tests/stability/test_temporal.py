@@ -3,41 +3,48 @@
 import hashlib
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
-from waves import AMPLITUDE, HEADING, PHASE, WAVELENGTH, pool
+import pytest
+from waves import AMPLITUDE, HEADING, PHASE, WAVELENGTH, pool, water
 
-from dapple.tests.stability.judge import METHODS, Verdict, run
+from dapple.kernels.maps.texels import rasterise
+from dapple.kernels.methods import solve
+from dapple.kernels.scene import Settings
+from dapple.kernels.surface.reconstruct import Reconstruction
+from dapple.tests.stability.judge import METHODS, NOT_MEANS, Verdict, run
 
 SIDE = 32
 TEXEL = 4.0 / SIDE
 _HASH = """
-import hashlib, sys
+import sys
 sys.path.insert(0, sys.argv[1] + "/tests")
 import conftest
-from dapple.tests.stability.judge import METHODS, run
+from dapple.tests.stability.test_temporal import digests
 from waves import pool
 
-scene = pool(quads=48)
-for method in METHODS:
-    print(hashlib.sha256(run(scene, 32, method).images[0].tobytes()).hexdigest())
+print(*digests(pool(quads=48)))
 """
+
+
+def digests(scene):
+    """A digest of every method's map of the mesh, and of one of the smooth water."""
+    maps = [run(scene, SIDE, *how).images[0] for how in (*((m, "mesh") for m in METHODS), ("beams", "auto"))]
+    return [hashlib.sha256(image.tobytes()).hexdigest() for image in maps]
 
 
 def test_a_static_scene_gives_the_same_bits(row, root):
     """A static scene, baked again in the same process and in fresh ones
 
-    Nothing moves, so no bit may differ: no seed, clock, address or order of threads is in the answer.
+    Nothing moves, so no bit may differ: no seed, clock, address or order of threads is in the answer, by the mesh or by
+    the smooth water.
     """
     row.tolerance = "0"
-    scene = pool(quads=48)
-    here = [[hashlib.sha256(run(scene, SIDE, m).images[0].tobytes()).hexdigest() for m in METHODS] for _ in range(2)]
-    fresh = [
-        subprocess.run([sys.executable, "-c", _HASH, str(root)], capture_output=True, text=True, check=True).stdout
-        for _ in range(2)
-    ]
+    here = [digests(pool(quads=48)) for _ in range(2)]
+    fresh = subprocess.run([sys.executable, "-c", _HASH, str(root)], capture_output=True, text=True, check=True).stdout
     row.cells = {m: Verdict("right", "", 0.0) for m in METHODS}
-    assert here[0] == here[1] == fresh[0].split() == fresh[1].split()
+    assert here[0] == here[1] == fresh.split()
 
 
 def waves_at(time=0.0, shift=0.0):
@@ -58,6 +65,121 @@ def relative(a, b):
     return float(((a - b) ** 2).mean() / b.mean() ** 2)
 
 
-def shifted(first, second):
-    """Two maps (H,W), the second of waves one texel further along x, cut to the texels that both know."""
-    return first[1:-1, 1:-2], second[1:-1, 2:-1]
+def mesh_moved(quads, shift):
+    """The pool at rest under 7 m of water, the whole mesh moved along x."""
+    w = water(waves_at(), quads, 7.0)
+    return replace(pool(quads=2), water=replace(w, positions=w.positions + np.array([shift, 0, 0])))
+
+
+def waves_moved(quads, shift):
+    """The same, the mesh staying and the waves moved through it."""
+    return replace(pool(quads=2), water=water(waves_at(shift=shift), quads, 7.0))
+
+
+def mismatch(build, quads, method, surface="mesh"):
+    """Relative mean squared difference of two maps, of water and of the same one texel on, laid over each other, but for
+    the outermost texels."""
+    first, second = (run(build(quads, shift), SIDE, method, surface).images[0][..., 0] for shift in (0.0, TEXEL))
+    return relative(second[1:-1, 2:-1], first[1:-1, 1:-2])
+
+
+@pytest.mark.parametrize(
+    ("quads", "surface", "methods"),
+    [(112, "mesh", tuple(METHODS)), (97, "mesh", tuple(METHODS)), (97, "auto", ("beams", "points"))],
+    ids=["2 quads a texel", "1.7 quads a texel", "1.7 quads a texel, smooth water"],
+)
+def test_a_mesh_that_travels_by_a_texel(row, quads, surface, methods):
+    """Waves that travel by one texel, and their mesh with them
+
+    The same water a texel further on: the map shifts by a texel, to rounding, whatever the mesh's spacing.
+    """
+    row.tolerance = "1e-18"
+    _shifts(row, mesh_moved, quads, surface, methods)
+
+
+def test_waves_that_travel_by_a_texel_through_a_mesh_that_fits(row):
+    """Waves that travel by one texel through a fixed mesh, 2 quads a texel
+
+    Every vertex takes the place and height of the one two before it: the map shifts by a texel, to rounding. Points are
+    noise that stays with the mesh.
+    """
+    row.tolerance = "1e-18"
+    _shifts(row, waves_moved, 112, "mesh", METHODS)
+
+
+def _shifts(row, build, quads, surface, methods):
+    """The methods' maps must shift to rounding; points within their noise, where that does not travel."""
+    bad = []
+    for method in methods:
+        settings, found = METHODS[method], mismatch(build, quads, method, surface)
+        allowed = 4 * settings.tolerance if settings.points and build is waves_moved else 1e-18
+        row.cells[method] = Verdict("right" if found <= allowed else "wrong", f"{found:.1e}", found)
+        if not found <= allowed:
+            bad.append(f"{method}: {found:.1e}")
+    assert not bad, bad
+
+
+@pytest.mark.parametrize(
+    ("surface", "most", "methods"),
+    [("mesh", 2e-2, tuple(METHODS)), ("auto", 2e-4, ("beams", "points"))],
+    ids=["mesh", "smooth water"],
+)
+def test_waves_that_travel_by_a_texel_through_a_mesh_that_does_not_fit(row, surface, most, methods):
+    """Waves that travel by one texel through a fixed mesh, 1.7 quads a texel
+
+    Each map differs from that of the true waves by its mesh's error e, so both differ from each other by (2 sqrt e)^2
+    at most. The smooth water has a fraction of the raw mesh's e. Walks sum points, each right where it is.
+    """
+    quads = 97
+    fine = run(waves_moved(4 * quads, 0.0), SIDE, "beams").images[0][..., 0]
+    error = relative(run(waves_moved(quads, 0.0), SIDE, "beams", surface).images[0][..., 0], fine)
+    row.tolerance = f"4 x {error:.0e}"
+    assert error < most
+    bad = []
+    for method in methods:
+        settings, found = METHODS[method], mismatch(waves_moved, quads, method, surface)
+        walks = settings.method == "conic_walk"
+        right = found <= 4 * error + (4 * settings.tolerance if settings.points else 0)
+        outcome = "right" if right else "reported" if walks else "wrong"
+        row.cells[method] = Verdict(outcome, f"left out: {NOT_MEANS}", found)
+        if outcome == "wrong":
+            bad.append(f"{method}: {found:.1e}")
+    assert not bad, bad
+
+
+def flicker(frames):
+    """Mean absolute second difference in time of maps (n,H,W)."""
+    return np.abs(np.diff(frames, 2, axis=0)).mean()
+
+
+def frames(quads, settings, resolution=128, step=1 / 240):
+    """Maps (3,H,W) of the pool's waves `step` s apart, and the estimated error of the last."""
+    maps, reconstruction, texels = [], Reconstruction(), None
+    for k in range(3):
+        scene = replace(pool(quads=2), water=water(waves_at(k * step), quads, 4.8))
+        texels = texels or [rasterise(scene.receivers[0], resolution)]
+        answer = solve(scene, texels, settings, reconstruction)
+        maps.append(answer.images[0][..., 0])
+    return np.array(maps), answer.diagnostics.estimated_error
+
+
+def test_slow_waves_do_not_flicker(row):
+    """Slow waves, 240 frames a second, 33 thousand triangles against ten times as many
+
+    The mean absolute second difference in time is that of the light itself, within 1 %: the smooth water has the motion
+    of the true one. Photons that jump about, and values at points that folds pass over, have more; both are said.
+    """
+    row.tolerance = "1 %"
+    true = flicker(frames(400, Settings(tolerance=1e-6, surface="mesh"))[0])
+    found = {}
+    for method in METHODS:
+        maps, estimate = frames(128, replace(METHODS[method], surface="auto"))
+        found[method] = flicker(maps) / true - 1
+        if abs(found[method]) <= 0.01:
+            row.cells[method] = Verdict("right", f"{found[method]:+.1%}", found[method])
+        elif METHODS[method].points:
+            row.cells[method] = Verdict("reported", f"estimated error: {estimate:.0e}, as noise", found[method])
+        else:
+            row.cells[method] = Verdict("reported", f"left out: {NOT_MEANS}", found[method])
+    assert abs(found["beams"]) <= 0.01, found
+    assert found["points"] > 0.01 and found["first root"] > 0.01, "or these are right, and the table should say so"
