@@ -25,14 +25,9 @@ def sound_water(water):
     repeats = _repeats(water)
     if len(repeats):
         sentences.append(f"{len(repeats)} triangles that are in the water already: each counts once")
-        triangles, shading = (np.delete(a, repeats, axis=0) for a in (water.triangles, water.normal_triangles))
-        smooth = np.array_equal(triangles, shading)
-        water = replace(
-            water,
-            triangles=triangles,
-            normal_triangles=triangles if smooth else shading,
-            twins=build_twins(triangles),
-        )
+    spurious = np.concatenate([repeats, _pointless(water)])
+    if len(spurious):
+        water = _without(water, spurious)
     squared = (water.normals**2).sum(1)
     without = np.flatnonzero(~((squared > np.finfo(float).tiny) & (squared < np.inf)))
     without = without[np.isin(without, water.normal_triangles)] if len(without) else without
@@ -46,6 +41,19 @@ def sound_water(water):
             "face away from the sun take none"
         )
     return water, sentences
+
+
+def _without(water, spurious):
+    """The Water without some of its triangles."""
+    triangles, shading = (np.delete(a, spurious, axis=0) for a in (water.triangles, water.normal_triangles))
+    shading = triangles if np.array_equal(triangles, shading) else shading
+    return replace(water, triangles=triangles, normal_triangles=shading, twins=build_twins(triangles))
+
+
+def _pointless(water):
+    """Triangles that have a corner twice: they only stand between their neighbours."""
+    a, b, c = water.triangles.T
+    return np.flatnonzero((a == b) | (b == c) | (c == a))
 
 
 def _repeats(water):

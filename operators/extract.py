@@ -17,6 +17,7 @@ from .lamps import read_lights
 from .medium import read_eta
 from .mesh_arrays import read_geometry, read_normals, read_uvs
 
+_SLOPE = 1e-3  # of the water: an error in it that moves light by a millimetre per metre of depth
 _SHOWN = {"MESH", "CURVE", "SURFACE", "META", "FONT", "LIGHT"}
 
 
@@ -73,6 +74,7 @@ def _find(depsgraph, water_names, receiver_names):
         matrix = np.array(instance.matrix_world, dtype=np.float64)
         if not instance.is_instance and name in water_names:
             found.water[name] = _read_water(shown, matrix)
+            found.warnings += _coarse(name, found.water[name][1], matrix)
         elif not instance.is_instance and name in receiver_names:
             found.receivers[name] = _read_receiver(shown, matrix)
         elif {name, owner} & water_names:
@@ -158,6 +160,20 @@ def _check_mesh(what, arrays):
             f"{what} has coordinates that are not numbers at {broken} of its {len(arrays.positions)} vertices; "
             "check its modifiers, drivers and cache for divisions by zero."
         )
+
+
+def _coarse(name, arrays, matrix):
+    """A warning where the water's vertices lie so far from its origin that their rounding shows in its slopes."""
+    corners = arrays.positions[arrays.triangles]
+    edge = float(np.median(np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1)))
+    far = float(np.abs(arrays.positions - matrix[:3, 3]).max())
+    rounding = far * np.finfo(np.float32).eps
+    if rounding <= _SLOPE * edge:
+        return []
+    return [
+        f"Water '{name}' has vertices {far:.3g} m from its origin, where Blender rounds them to {rounding:.1g} m: its "
+        "waves are coarse. Move its origin to the mesh (Object > Set Origin), or the scene to the world's origin."
+    ]
 
 
 def _join(parts, topology, warnings):

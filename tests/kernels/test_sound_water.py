@@ -44,6 +44,13 @@ def test_repeats_go_whatever_their_winding(waves, copies):
     assert sentence.startswith(f"{6 * copies} triangles")
 
 
+def test_triangles_with_a_corner_twice_go_without_a_word(waves):
+    a, b, c = waves.triangles[30]
+    mended, sentences = sound_water(with_triangles(waves, np.concatenate([waves.triangles, [[a, a, b], [c, b, c]]])))
+    np.testing.assert_array_equal(mended.twins, waves.twins)
+    assert sentences == []
+
+
 def test_a_lone_triangle_twice(waves):
     once = with_triangles(waves, waves.triangles[:1])
     mended, _ = sound_water(with_triangles(waves, np.repeat(once.triangles, 2, axis=0)))

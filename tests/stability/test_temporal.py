@@ -77,8 +77,8 @@ def waves_moved(quads, shift):
 
 
 def mismatch(build, quads, method, surface="mesh"):
-    """Relative mean squared difference of two maps, of water and of the same one texel on, laid over each other, but for
-    the outermost texels."""
+    """Relative mean squared difference of two maps, of water and of the same one texel on, laid over each other, but
+    for the outermost texels."""
     first, second = (run(build(quads, shift), SIDE, method, surface).images[0][..., 0] for shift in (0.0, TEXEL))
     return relative(second[1:-1, 2:-1], first[1:-1, 1:-2])
 

@@ -8,7 +8,7 @@ from waves import calm, five_sines, flat, mesh_water, pool, transmitted, water
 
 from dapple.kernels.halfedges import build_twins
 from dapple.kernels.scene import Water
-from dapple.tests.stability.constructions import joined, strip, with_triangles
+from dapple.tests.stability.constructions import curl, droplets, joined, with_triangles
 from dapple.tests.stability.judge import TWICE
 from dapple.tests.stability.photons import constant, trace
 
@@ -117,14 +117,6 @@ def test_fins_under_a_slanted_sun(every_method):
     every_method(scene, expected, SIDE, 1e-3, 0.1, right=(), sentences=(TWICE,))
 
 
-def curl(lean):
-    """A strip of water whose crests lean over by `lean` m: from 0.25 m, with waves of 1.6 m, they overhang."""
-    k = 2 * np.pi / 1.6
-    s = np.linspace(-6, 6, 121)
-    profile = np.stack([s + lean * np.cos(k * s), 1.5 + 0.08 * np.sin(k * s)], 1)
-    return strip(profile, np.stack([-0.08 * k * np.cos(k * s), 1 - lean * k * np.sin(k * s)], 1))
-
-
 def test_overhanging_waves(every_method):
     """Crests that overhang, under a sun nearly overhead
 
@@ -153,14 +145,6 @@ def test_droplets(every_method):
     where it is not followed. Under the droplets' shadows alone the map may be off.
     """
     scene = pool(five_sines, quads=48)
-    drops = [octahedron([x, y, 1.8], 0.05) for x in (-1, 0, 1) for y in (-1, 0, 1)]
     expected = trace(scene, SIDE)
-    scene = replace(scene, water=joined(scene.water, *drops))
+    scene = replace(scene, water=joined(scene.water, *droplets()))
     every_method(scene, expected, SIDE, 1e-3, 0.05, right=(), sentences=(TWICE,))
-
-
-def octahedron(centre, radius):
-    """A closed droplet of eight triangles."""
-    tips = np.concatenate([np.eye(3), -np.eye(3)])
-    triangles = np.array([[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]])
-    return mesh_water(np.asarray(centre) + radius * tips, triangles, tips)
