@@ -32,7 +32,8 @@ class Row:
         """The row as Markdown; sentences of reported cells go into `notes`, and their number into the cell."""
         cells = [_cell(self.cells.get(method), notes) for method in METHODS]
         name = self.name.rstrip(".") + (f" ({self.case})" if self.case else "")
-        return f"| {name} | {' | '.join(cells)} | {self.tolerance} | {self.why} |"
+        why = self.why.replace("|", "&#124;")
+        return f"| {name} | {' | '.join(cells)} | {self.tolerance} | {why} |"
 
 
 def page(rows):

@@ -12,9 +12,9 @@ def constructions():
     """First line of the docstring of every test that fills a row of the table."""
     for path in sorted(HERE.glob("test_*.py")):
         for node in ast.parse(path.read_text(encoding="utf-8")).body:
-            if isinstance(node, ast.FunctionDef) and {"row", "every_method"} & {a.arg for a in node.args.args}:
-                if node.name.startswith("test_"):
-                    yield ast.get_docstring(node).splitlines()[0].rstrip(".")
+            arguments = {a.arg for a in node.args.args} if isinstance(node, ast.FunctionDef) else set()
+            if {"row", "every_method"} & arguments and node.name.startswith("test_"):
+                yield ast.get_docstring(node).splitlines()[0].rstrip(".")
 
 
 @pytest.fixture
