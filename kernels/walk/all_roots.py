@@ -20,10 +20,11 @@ from .candidates import candidates
 from .conic import is_path
 
 _STEPS, _STEPS_FOLDED = 12, 40  # of Newton's method; more where the image turns over
+_BATCH = 1 << 14  # pairs at once: what a step touches stays in the second-level cache
 _CONVERGED = 1e-7  # barycentric: the last step of a method that squares its error
 _AWAY = 1.0  # barycentric: so far outside its triangle a path of a smooth image does not come back
 _INSIDE = 1e-9  # barycentric: rounding of a path on an edge
-_SAME = 1e-6  # of a triangle's edge
+_SAME, _SAME_ON_EDGE = 1e-6, 1e-8  # of a triangle's edge; in one triangle, and in two that may fold along theirs
 _SEVERAL = np.array([[1 / 3, 1 / 3], [0.05, 0.05], [0.9, 0.05], [0.05, 0.9], [0.5, 0.0], [0.5, 0.5], [0.0, 0.5]])
 
 
@@ -51,28 +52,40 @@ def find_roots(surface, grid, triangles, p, eta, thorough=False):
     """All Roots of receiver points p (3,K), those of a `candidates.Grid`, in triangles (m,) of a Surface, one point's
     together, in the frame of the light; thorough: from several starts in every triangle near them."""
     found, suspect = [Roots.none()], [np.zeros(0, bool)]
-    for pairs in candidates(grid, triangles, thorough):
-        for starts in _starts(pairs):
-            triangle, point, a, b, several = starts
-            at, weights = _solve(surface, triangle, p[:, point], a, b, eta, several)
-            found.append(Roots(point[at], triangle[at], weights))
-            suspect.append((weights.min(1) < _SAME) | several)
+    for triangle, point, a, b, several in _batches(candidates(grid, triangles, thorough)):
+        at, weights = _solve(surface, triangle, p[:, point], a, b, eta, several)
+        found.append(Roots(point[at], triangle[at], weights))
+        suspect.append((weights.min(1) < _SAME_ON_EDGE) | several)
     roots, suspect = Roots.concatenated(found), np.concatenate(suspect)
     order = np.lexsort((roots.triangle, roots.point))
     roots, suspect = roots.take(order), suspect[order]
     return roots.take(np.flatnonzero(~_repeated(surface, roots, suspect)))
 
 
-def _starts(pairs):
-    """Triangles, points, start a, b of the pairs of smooth images; and of those that turn over, from several points."""
-    smooth, folded = np.flatnonzero(~pairs.folded), np.flatnonzero(pairs.folded)
-    if len(smooth):
-        a, b = (np.clip(v[smooth], 0, 1) for v in (pairs.a, pairs.b))
-        yield pairs.triangle[smooth], pairs.point[smooth], a, b, False
-    if len(folded):
-        count = len(_SEVERAL)
-        a, b = np.tile(_SEVERAL, (len(folded), 1)).T
-        yield np.repeat(pairs.triangle[folded], count), np.repeat(pairs.point[folded], count), a, b, True
+def _batches(blocks):
+    """Triangles, points, start a, b, of the Pairs in `blocks`, in batches: False, those of smooth images, or True,
+    those of images that turn over, from several points each."""
+    waiting = {False: [], True: []}
+    for pairs in blocks:
+        for several, parts in waiting.items():
+            at = np.flatnonzero(pairs.folded == several)
+            if len(at):
+                parts.append(_starts(pairs, at, several))
+            if sum(len(part[0]) for part in parts) > _BATCH:
+                yield *(np.concatenate(c) for c in zip(*parts, strict=True)), several
+                parts.clear()
+    for several, parts in waiting.items():
+        if parts:
+            yield *(np.concatenate(c) for c in zip(*parts, strict=True)), several
+
+
+def _starts(pairs, at, several):
+    """Triangles, points, start a, b of some of Pairs."""
+    triangle, point = pairs.triangle[at], pairs.point[at]
+    if not several:
+        return triangle, point, np.clip(pairs.a[at], 0, 1), np.clip(pairs.b[at], 0, 1)
+    a, b = np.tile(_SEVERAL, (len(at), 1)).T
+    return np.repeat(triangle, len(_SEVERAL)), np.repeat(point, len(_SEVERAL)), a, b
 
 
 class _Snell:
@@ -155,6 +168,7 @@ def _repeated(surface, roots, suspect):
         same = point[lag:] == point[:-lag]
         if not same.any():
             break
-        same &= np.abs(m[:, lag:] - m[:, :-lag]).max(0) < _SAME * size[lag:]
+        near = np.where(triangle[lag:] == triangle[:-lag], _SAME, _SAME_ON_EDGE)
+        same &= np.abs(m[:, lag:] - m[:, :-lag]).max(0) < near * size[lag:]
         again[at[lag:][same]] = True
     return again

@@ -94,8 +94,18 @@ class Grid:
         """Depth (n,) of points (3,n)."""
         return self._plan.points(points)[2]
 
-    def runs(self, layer, low, high):
-        """Runs of points in the cells that boxes low..high (2,n) touch: box, first point and length of each."""
+    def images(self, lines, layer):
+        """Images, at the top and bottom of a layer, of triangles with `lines` of their corners and middles."""
+        return [Image(*at_depth(lines, depth)) for depth in sorted({end[layer] for end in self.ends})]
+
+    def near(self, images, layer, slack=_SLACK):
+        """Runs of points in the cells that the boxes round `images` touch: box, first point and length of each."""
+        low, high = np.minimum.reduce([i.low() for i in images]), np.maximum.reduce([i.high() for i in images])
+        slack = slack * (high - low)
+        return self._runs(layer, low - slack, high + slack)
+
+    def _runs(self, layer, low, high):
+        """As `near`, for boxes low..high (2,n)."""
         begin = np.maximum(np.floor((low - self.low[:, None]) / self.size), 0)
         end = np.floor((high - self.low[:, None]) / self.size)
         end = np.minimum(end, np.array([[self._nu - 1], [self._nv - 1]]))
@@ -111,11 +121,8 @@ class Grid:
 
 def _in_layer(grid, layer, block, lines, thorough):
     """The Pairs of a block of triangles with the points of one layer."""
-    ends = [lines[:2]] if grid.flat else [at_depth(lines, end[layer]) for end in grid.ends]
-    shapes = [_Shape(*end) for end in ends]
-    low, high = np.minimum.reduce([s.low() for s in shapes]), np.maximum.reduce([s.high() for s in shapes])
-    slack = (_SLACK_THOROUGH if thorough else _SLACK) * (high - low)
-    box, first, length = grid.runs(layer, low - slack, high + slack)
+    shapes = grid.images(lines, layer)
+    box, first, length = grid.near(shapes, layer, _SLACK_THOROUGH if thorough else _SLACK)
     if not len(box):
         return
     reach = np.maximum.reduce([shape.reach() for shape in shapes])
@@ -137,7 +144,7 @@ def at_depth(lines, depth):
     return [[a + depth * b for a, b in zip(lines[k], lines[k + 2], strict=True)] for k in (0, 1)]
 
 
-class _Shape:
+class Image:
     """Images of triangles at one depth, from the six Bezier points of each: x, y lists of 6 arrays."""
 
     def __init__(self, x, y):
@@ -154,13 +161,18 @@ class _Shape:
         x, y = self.x, self.y
         return (x[j] - x[i]) * (y[m] - y[k]) - (y[j] - y[i]) * (x[m] - x[k])
 
-    def folded(self):
-        """Whether (n,) the Jacobian may change its sign: its own Bezier coefficients do."""
+    def jacobian(self):
+        """Bezier coefficients, six arrays (n,), of the Jacobian: twice the area of the image per area of the triangle,
+        between the least and the greatest of them everywhere."""
         # Differences along the first and second edge form nets of three; their cross products that of the Jacobian.
         first, second = ((0, 3), (3, 1), (5, 4)), ((0, 5), (3, 4), (5, 2))
-        cross = [[self._cross(*i, *j) for j in second] for i in first]
-        values = [cross[k][k] for k in range(3)]
-        values += [(cross[i][j] + cross[j][i]) / 2 for i, j in ((0, 1), (1, 2), (2, 0))]
+        cross = [[4 * self._cross(*i, *j) for j in second] for i in first]
+        mixed = [(cross[i][j] + cross[j][i]) / 2 for i, j in ((0, 1), (1, 2), (2, 0))]
+        return [cross[0][0], cross[1][1], cross[2][2], *mixed]
+
+    def folded(self):
+        """Whether (n,) the image may turn over."""
+        values = self.jacobian()
         return np.minimum.reduce(values) * np.maximum.reduce(values) <= 0
 
     def reach(self):

@@ -17,7 +17,19 @@ LEFT_OUT = [
 ]
 
 
-def first_roots(paths, light, points, normals, work, clock):
+def solve(texels, lights, work, clock):
+    """Irradiance (K,3) of `lights`, pairs of a light and its LightPaths, at the centres of Texels, and status (K,)."""
+    points = np.concatenate([np.zeros((0, 3)), *(t.positions for t in texels)])
+    normals = np.concatenate([np.zeros((0, 3)), *(t.normals for t in texels)])
+    irradiance, status = np.zeros((len(points), 3)), np.full(len(points), Status.NO_WATER, np.uint8)
+    for light, paths in lights:
+        watts, code = _roots(paths, light, points, normals, work, clock)
+        irradiance += watts
+        status = np.where((code == Status.LIT) | (status == Status.NO_WATER), code, status)
+    return irradiance, status
+
+
+def _roots(paths, light, points, normals, work, clock):
     """Irradiance (K,3) of a light by its LightPaths at points (K,3) with normals (K,3), and status (K,)."""
     first = paths.first_water(points)
     clock.lap("straight rays")

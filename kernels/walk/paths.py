@@ -19,10 +19,11 @@ from .plan import Rays
 
 @dataclass
 class Paths:
-    """Paths (n,): point that each leads to, visible (n,) bool, passed, density and length as of `path_irradiance`; and
-    missing (K,) bool: it is proven of a point that paths to it are missing, or counted twice."""
+    """Paths (n,): point that each leads to, triangle, visible (n,) bool, passed, density and length as of
+    `path_irradiance`; and missing (K,) bool: it is proven of a point that paths to it are missing, or counted twice."""
 
     point: np.ndarray
+    triangle: np.ndarray
     visible: np.ndarray
     passed: np.ndarray
     density: np.ndarray
@@ -37,8 +38,8 @@ class LightPaths:
         self.lit = light_water(scene.water, light)
         self.surface = Surface(self.lit, scene.water.twins)
         self.eta, self._sigma_a, self._objects = scene.eta, np.asarray(scene.sigma_a), objects
-        self._triangles = np.flatnonzero(self.lit.area)
-        self._whole = whole_triangles(self.surface, self._triangles)
+        self.triangles = np.flatnonzero(self.lit.area)
+        self._whole = whole_triangles(self.surface, self.triangles)
 
     def to(self, points, normals):
         """The Paths to points (K,3) of one receiver, with normals (K,3)."""
@@ -52,7 +53,7 @@ class LightPaths:
             factors = [np.concatenate([f[keep], g]) for f, g in zip(factors, more_factors, strict=True)]
         passed, density, length = factors
         visible = ~self.hidden(roots.triangle, roots.weights, points[roots.point])
-        return Paths(roots.point, visible, passed, np.abs(density), length, wrong)
+        return Paths(roots.point, roots.triangle, visible, passed, np.abs(density), length, wrong)
 
     def first_water(self, points):
         """Triangle (n,) of the water that the straight ray from points (n,3) to the light meets first, -1 for none."""
@@ -69,24 +70,39 @@ class LightPaths:
         return path_irradiance(self.surface, triangle, weights, frame @ points.T, frame @ normals.T, self.eta)
 
     def irradiance(self, light, passed, density, length):
-        """Irradiance (n,3) [W/m^2] that paths with these factors bring of a light, absorption along them included."""
-        watts = (passed * np.abs(density))[:, None] * light.irradiance
+        """Irradiance (n,3) [W/m^2] that paths with these factors bring of a light."""
+        return np.abs(density)[:, None] * self.arriving(light, passed, length)
+
+    def arriving(self, light, passed, length):
+        """Watts (n,3) of a light that arrive of each m^2 across it, after absorption along the paths."""
+        watts = passed[:, None] * light.irradiance
         return watts * np.exp(-length[:, None] * self._sigma_a) if self._sigma_a.any() else watts
 
     def hidden(self, triangle, weights, points):
         """Whether (n,) an object stands between the light and M, or between M and points (n,3)."""
-        m = (self.lit.frame.T @ self.surface.at(triangle, weights)[0]).T
-        blocked = self._objects.blocked(m, np.broadcast_to(self.lit.frame[2], m.shape))
+        m = self._world(triangle, weights)
         ray = points - m
         length = np.linalg.norm(ray, axis=1)
-        return blocked | self._objects.blocked(m, ray / np.maximum(length, np.finfo(float).tiny)[:, None], length)
+        ray /= np.maximum(length, np.finfo(float).tiny)[:, None]
+        return self.shadowed(triangle, weights) | self._objects.blocked(m, ray, length)
+
+    def shadowed(self, triangle, weights):
+        """Whether (n,) an object stands between the light and M."""
+        m = self._world(triangle, weights)
+        return self._objects.blocked(m, np.broadcast_to(self.lit.frame[2], m.shape))
+
+    def grid(self, points):
+        """The `candidates.Grid` of points (n,3)."""
+        return Grid(self._rays, self.lit.frame @ points.T)
+
+    def _world(self, triangle, weights):
+        return (self.lit.frame.T @ self.surface.at(triangle, weights)[0]).T
 
     def _search(self, points, normals, thorough):
         """Roots of points (K,3) with normals (K,3), their `factors`, and whether (K,) some are missing."""
-        p = self.lit.frame @ points.T
-        if not len(self._triangles):
+        if not len(self.triangles):
             return Roots.none(), (np.zeros(0),) * 3, np.zeros(len(points), bool)
-        grid = Grid(self._rays, p)
-        roots = find_roots(self.surface, grid, self._triangles, p, self.eta, thorough)
+        p, grid = self.lit.frame @ points.T, self.grid(points)
+        roots = find_roots(self.surface, grid, self.triangles, p, self.eta, thorough)
         factors = self.factors(roots.triangle, roots.weights, points[roots.point], normals[roots.point])
         return roots, factors, missing(self.surface, grid, self._whole, roots, np.sign(factors[1]), len(points))
