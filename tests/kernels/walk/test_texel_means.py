@@ -7,8 +7,8 @@ import pytest
 from waves import five_sines, flat, floor, grid, pool, quad
 
 from dapple.kernels.maps.texels import rasterise
-from dapple.kernels.methods import solve
 from dapple.kernels.scene import Occluder, Receiver, Scene, Settings
+from dapple.kernels.splat.photon_splat import solve
 from dapple.kernels.status import Status
 from dapple.kernels.walk.conic_walk import solve as walk
 
