@@ -12,6 +12,7 @@ import bpy
 import numpy as np
 
 from ..kernels.scene import Occluder, Receiver, Scene, Water
+from .absorption import read_sigma_a
 from .errors import DappleError
 from .lamps import read_lights
 from .medium import read_eta
@@ -47,11 +48,11 @@ def read_scene(depsgraph, water_names, receiver_names, topology):
             raise DappleError(
                 f"Object '{name}' is not in the scene as the viewport shows it; unhide it and its collection there."
             )
-    water, eta = _join([found.water[name] for name in water_names], topology, found.warnings)
+    water, eta, sigma_a = _join([found.water[name] for name in water_names], topology, found.warnings)
     receivers = tuple(found.receivers[name] for name in receiver_names)
     lights, remarks = read_lights(found.lamps, water)
     warnings = found.warnings + remarks + _unseen(depsgraph, found.seen, {*water_names, *receiver_names})
-    return Scene(water, receivers, tuple(found.occluders), lights, eta), list(dict.fromkeys(warnings))
+    return Scene(water, receivers, tuple(found.occluders), lights, eta, sigma_a), list(dict.fromkeys(warnings))
 
 
 def _check_object(name):
@@ -133,11 +134,11 @@ def _read(shown, matrix, *readers):
 
 
 def _read_water(shown, matrix):
-    """(name, MeshArrays, (normals, normal_triangles), (eta, warnings)) of a water object."""
+    """(name, MeshArrays, (normals, normal_triangles), (eta, warnings), (sigma_a, warnings)) of a water object."""
     name = shown.original.name
     arrays, normals = _read(shown, matrix, lambda mesh, arrays: read_normals(mesh, matrix, arrays))
     _check_mesh(f"Water '{name}'", arrays)
-    return name, arrays, normals, read_eta(shown)
+    return name, arrays, normals, read_eta(shown), read_sigma_a(shown)
 
 
 def _read_receiver(shown, matrix):
@@ -177,21 +178,24 @@ def _coarse(name, arrays, matrix):
 
 
 def _join(parts, topology, warnings):
-    """(Water, eta) of the parts that `_read_water` gives."""
-    names, meshes, shadings, media = zip(*parts)
+    """(Water, eta, sigma_a) of the parts that `_read_water` gives."""
+    names, meshes, shadings, indices, absorptions = zip(*parts)
     starts = np.cumsum([0] + [len(mesh.positions) for mesh in meshes])
     triangles = np.concatenate([mesh.triangles + n for mesh, n in zip(meshes, starts.astype(np.int32))])
     triangles, twins = topology.settle(triangles)
     smooth = all(index is mesh.triangles for (_, index), mesh in zip(shadings, meshes))
     starts = np.cumsum([0] + [len(normals) for normals, _ in shadings]).astype(np.int32)
     shaded = triangles if smooth else np.concatenate([index + n for (_, index), n in zip(shadings, starts)])
-    for _, remarks in media:
+    for _, remarks in (*indices, *absorptions):
         warnings += remarks
-    if len({eta for eta, _ in media}) > 1:
-        warnings.append(f"The water objects differ in IOR; the bake takes {media[0][0]:.4g}, that of '{names[0]}'.")
+    eta, sigma_a = indices[0][0], absorptions[0][0]
+    if len({other for other, _ in indices}) > 1:
+        warnings.append(f"The water objects differ in IOR; the bake takes {eta:.4g}, that of '{names[0]}'.")
+    if any((other != sigma_a).any() for other, _ in absorptions):
+        warnings.append(f"The water objects differ in what they absorb; the bake takes that of '{names[0]}'.")
     positions = np.concatenate([mesh.positions for mesh in meshes])
     normals = np.concatenate([normals for normals, _ in shadings])
-    return Water(" + ".join(names), positions, triangles, normals, shaded, twins), media[0][0]
+    return Water(" + ".join(names), positions, triangles, normals, shaded, twins), eta, sigma_a
 
 
 def _unseen(depsgraph, seen, asked):

@@ -71,17 +71,17 @@ def test_help_is_no_error(pool, capsys):
 
 
 def test_warning_is_said_once(pool, capsys):
-    bulb = bpy.data.objects.new("Bulb", bpy.data.lights.new("Bulb", "POINT"))
-    pool.collection.objects.link(bulb)
+    panel = bpy.data.objects.new("Panel", bpy.data.lights.new("Panel", "AREA"))
+    pool.collection.objects.link(panel)
     assert cli.main(["bake"]) == 0
-    assert capsys.readouterr().err.count("warning: Lamp 'Bulb' is a point lamp") == 1
+    assert capsys.readouterr().err.count("warning: Lamp 'Panel' is an area lamp") == 1
 
 
 def test_scene_that_cannot_be_baked(pool, capsys):
     bpy.data.objects.remove(bpy.data.objects["Sun"])
     assert cli.main(["bake"]) == 1
     error = capsys.readouterr().err
-    assert error.startswith("dapple: Frame 1: The scene has no Sun lamp")
+    assert error.startswith("dapple: Frame 1: The scene has no lamp that renders")
     assert "Traceback" not in error
 
 

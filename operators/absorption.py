@@ -1,0 +1,71 @@
+"""What the water absorbs, per metre and channel: read from the volume of its material.
+
+As Cycles 5.0 takes the nodes, measured through a slab: Volume Absorption sigma_a = density (1 - colour); Principled
+Volume density (1 - colour) (1 - sqrt(absorption colour)), the rest of its density scatters.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .shader_nodes import output_socket, shaders, value
+
+_VOLUMES = {"VOLUME_ABSORPTION", "VOLUME_SCATTER", "VOLUME_COEFFICIENTS", "PRINCIPLED_VOLUME"}
+
+
+def read_sigma_a(water):
+    """(sigma_a (3,) [1/m], warnings) of an evaluated object: those of all volume nodes that feed the active output of
+    its first material with a volume, added, as mixed; 0 where there is none.
+
+    Sockets that nodes compute count with the values set in them, and light that is scattered is taken as it was going,
+    with a warning for either.
+    """
+    for slot in water.material_slots:
+        socket = output_socket(slot.material, "Volume")
+        found = list(shaders(socket, _VOLUMES)) if socket else []
+        if found:
+            return _sum(found, slot.material.name)
+    return np.zeros(3), []
+
+
+def _sum(found, material):
+    """(sigma_a (3,), warnings) of (node, groups, share) in a material."""
+    total, doubts, scatters = np.zeros(3), False, False
+    for node, groups, share in found:
+        read = _Sockets(node, groups)
+        sigma_a, scattered = _coefficients(node.type, read)
+        total += share * sigma_a
+        doubts, scatters = doubts or read.computed, scatters or bool(np.any(scattered))
+    warnings = []
+    if doubts:
+        warnings.append(f"The volume of material '{material}' is fed by nodes; the bake takes the sockets' own values.")
+    if scatters:
+        warnings.append(f"The volume of material '{material}' scatters light; the bake takes what it absorbs only.")
+    return np.array([float(f"{s:.6g}") for s in np.maximum(total, 0)]), warnings  # Blender keeps them in float32
+
+
+def _coefficients(kind, read):
+    """sigma_a and what is scattered, (3,) [1/m] both, of a node."""
+    if kind == "VOLUME_COEFFICIENTS":
+        return read("Absorption Coefficients"), read("Scatter Coefficients")
+    density, colour = max(read("Density"), 0.0), np.clip(read("Color"), 0, 1)
+    if kind == "VOLUME_ABSORPTION":
+        return density * (1 - colour), np.zeros(3)
+    if kind == "VOLUME_SCATTER":
+        return np.zeros(3), density * colour
+    tint = np.sqrt(np.clip(read("Absorption Color"), 0, 1))
+    return density * (1 - colour) * (1 - tint), density * colour
+
+
+class _Sockets:
+    """Values of a node's sockets by name, (3,) of colours and vectors; `computed` says whether nodes make one."""
+
+    def __init__(self, node, groups):
+        self._node, self._groups, self.computed = node, groups, False
+
+    def __call__(self, name):
+        socket = self._node.inputs[name]
+        found = value(socket, self._groups)
+        self.computed |= found is None
+        found = socket.default_value if found is None else found
+        return float(found) if socket.type == "VALUE" else np.array(found[:3], dtype=np.float64)
