@@ -79,6 +79,21 @@ class DappleSettings(bpy.types.PropertyGroup):
         max=64,
         subtype="PIXEL",
     )
+    dispersion: FloatProperty(
+        name="Abbe Number",
+        description="How much more the water bends blue than red: 55.7 is water, less is more colourful. "
+        "0 bends all colours alike, in a third of the time",
+        default=0.0,
+        min=0.0,
+        soft_max=100.0,
+        precision=1,
+    )
+    match_cycles: BoolProperty(
+        name="Match Cycles",
+        description="Divide the maps by the square of the IOR: Cycles leaves out that radiance falls by as much where "
+        "rays leave the water, so that maps seen through its water are too bright. Off, they hold W/m²",
+        default=False,
+    )
     use_scene_range: BoolProperty(
         name="Scene Frame Range", description="Bake from the scene's first frame to its last", default=True
     )

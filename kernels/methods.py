@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from dataclasses import replace
 
+from .dispersion import etas, solve_channels
 from .scene import SURFACES, Point
 from .sound_water import sound_water
 from .splat import photon_splat
@@ -19,7 +20,7 @@ def solve(scene, texels, settings, reconstruction=None):
     """The Solution of a Scene on Texels, one per receiver, by the method that `settings` asks for.
 
     reconstruction: a `Reconstruction`, one for all the frames of a sequence. Raises ValueError for a method or surface
-    that does not exist and for water with positions that are not finite.
+    that does not exist, for an impossible dispersion and for water with positions that are not finite.
     """
     method = AUTO if settings.method == "auto" else settings.method
     if method not in METHODS:
@@ -34,11 +35,25 @@ def solve(scene, texels, settings, reconstruction=None):
         water, surface = (reconstruction or Reconstruction()).apply(scene.water, need)
         scene = replace(scene, water=water)
     seconds = time.perf_counter() - start
-    answer = METHODS[method](scene, texels, settings)
+    answer = _as_cycles(solve_channels(METHODS[method], scene, texels, settings), scene, settings)
     answer.diagnostics.surface = surface
     answer.diagnostics.seconds = {"surface": seconds, **answer.diagnostics.seconds}
     answer.diagnostics.left_out.extend(sentences)
     return answer
+
+
+def _as_cycles(answer, scene, settings):
+    """The Solution with its images as Cycles shows them, where that is asked for; says what bent them and scaled them.
+
+    Radiance that leaves the water for the air falls by eta^2, which Cycles leaves out: a map seen through its water is
+    too bright by that much.
+    """
+    work = answer.diagnostics
+    work.etas = etas(scene.eta, settings.dispersion)
+    if not settings.match_cycles:
+        return answer
+    work.map_scale = 1 / work.etas**2
+    return replace(answer, images=tuple(image * work.map_scale for image in answer.images))
 
 
 def _near_origin(scene, texels):

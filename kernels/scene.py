@@ -167,7 +167,8 @@ class Settings:
     resolution: texels along each side of a lightmap; padding: texels that a chart is grown by; points: photons as
     points in place of beams, with the seed of their strata, as an independent check; first_root: the walk stops at the
     first path to a texel's centre, as its source does; surface: "auto" for the smooth water that a smooth-shaded mesh
-    samples, "mesh" for the mesh as it is."""
+    samples, "mesh" for the mesh as it is; dispersion: the water's Abbe number, 0 for one index for all colours, see
+    `dispersion.py`; match_cycles: divide the images by eta^2, as Cycles shows what lies under water."""
 
     method: str = "auto"
     tolerance: float = 0.01
@@ -177,6 +178,8 @@ class Settings:
     seed: int = 0
     first_root: bool = False
     surface: str = "auto"
+    dispersion: float = 0.0
+    match_cycles: bool = False
 
 
 @dataclass
@@ -186,7 +189,8 @@ class Diagnostics:
     seconds: stage -> s. flux_in (3,) [W] on the water's lit side; flux_received: receiver -> (3,) [W]; flux_lost:
     cause -> (3,) [W]. texels: status -> count. paths: outcome -> count. estimated_error: relative mean squared error,
     None where the method has no estimate. left_out: sentences on what the result does not contain. surface: a sentence
-    on the surface that the light met, the mesh's or a smoother one.
+    on the surface that the light met, the mesh's or a smoother one. etas (3,): the indices that bent red, green and
+    blue; map_scale (3,): what the images are the irradiance times of, all else here is in watts.
     """
 
     method: str
@@ -200,6 +204,8 @@ class Diagnostics:
     estimated_error: float | None = None
     left_out: list[str] = field(default_factory=list)
     surface: str = ""
+    etas: np.ndarray = field(default_factory=lambda: np.full(3, WATER_IOR))
+    map_scale: np.ndarray = field(default_factory=lambda: np.ones(3))
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import bpy
@@ -55,6 +55,8 @@ def request_from_scene(scene, water=None, receivers=None, frames=None, out=None)
     chosen = scene.dapple
     tolerance = float(f"{chosen.tolerance:.6g}")  # Blender keeps it in float32, where 0.01 is 0.0099999998
     settings = Settings(chosen.method, tolerance, chosen.resolution, chosen.padding, surface=chosen.surface)
+    abbe = float(f"{chosen.dispersion:.6g}")
+    settings = replace(settings, dispersion=abbe, match_cycles=chosen.match_cycles)
     water = water or _water(chosen)
     receivers = receivers or _receivers(chosen, water)
     return BakeRequest(water, receivers, frames or _frames(scene), Path(out or _folder(chosen.output)), settings)
@@ -161,6 +163,9 @@ def _check(request):
         raise DappleError(
             f"A tolerance of {request.settings.tolerance:g} cannot be met; set one above 0, such as 0.01."
         )
+    abbe = request.settings.dispersion
+    if abbe and not abbe >= 1:
+        raise DappleError(f"An Abbe number of {abbe:g} is impossible; set 0 for no dispersion, or 55.7 for water.")
     folders = {}
     for name in request.receivers:
         other = folders.setdefault(folder_name(name).casefold(), name)

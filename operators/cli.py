@@ -14,6 +14,8 @@ from .errors import DappleError
 from .exr_file import is_whole
 from .write import map_path
 
+_SETTINGS = ("method", "surface", "tolerance", "resolution", "dispersion", "match_cycles")
+
 
 def main(argv: list[str]) -> int:
     """Run the command in argv on the open file. Returns the exit code: 0 when every map that was asked for is on disk
@@ -34,7 +36,7 @@ def main(argv: list[str]) -> int:
 def _bake(words):
     """Bake, one line a frame; returns the exit code."""
     request = request_from_scene(bpy.context.scene, words.water, words.receivers, words.frames, words.out)
-    given = {key: getattr(words, key) for key in ("method", "surface", "tolerance", "resolution")}
+    given = {key: getattr(words, key) for key in _SETTINGS}
     settings = replace(request.settings, **{key: value for key, value in given.items() if value is not None})
     request = replace(request, settings=settings)
     said = set()
@@ -68,6 +70,8 @@ def _parser():
     words.add_argument("--frames", type=_frames, help="such as 1-24,30; default: the scene's range")
     words.add_argument("--method", choices=("auto", *METHODS), help="how the light is found; default: the scene's")
     words.add_argument("--surface", choices=SURFACES, help="the smooth water (auto) or its mesh as it is")
+    words.add_argument("--dispersion", type=float, metavar="ABBE", help="0: none; the Abbe number of water is 55.7")
+    words.add_argument("--match-cycles", action="store_true", default=None, help="divide the maps by the IOR squared")
     words.add_argument("--tolerance", type=float, help="relative mean squared error that is good enough")
     words.add_argument("--resolution", type=int, help="texels along each side of a map")
     words.add_argument("--out", help="folder of the maps and of bake.json; default: the scene's, //caustics")

@@ -118,6 +118,10 @@ def heavy_water(scene):
     objects("Water").data.materials.append(material)
 
 
+def impossible_abbe(scene):
+    scene.dapple.dispersion = 0.5
+
+
 def relative_output(scene):
     scene.dapple.output = "maps"
 
@@ -142,6 +146,7 @@ BROKEN = [
     (sunken_bulb, r"no lamp that renders and shines.*'Sun' is under the water .*: move it above"),
     (sun_below, r"Sun 'Sun' shines upward and was left out: rotate it"),
     (heavy_water, r"Water 'Water' has IOR 5 in its material 'Lead'; set it between"),
+    (impossible_abbe, r"An Abbe number of 0.5 is impossible; set 0 for no dispersion"),
     (relative_output, r"output folder 'maps' is no full path; start it with //"),
 ]
 

@@ -178,6 +178,19 @@ def test_flat_water_lets_through_what_fresnel_says(empty_scene, out, method):
     assert entry["flux_received"]["Floor"][0] == pytest.approx(4 * 2 * 0.8475, rel=5e-3)
 
 
+def test_matching_cycles_is_a_smaller_map_and_no_fewer_watts(empty_scene, out):
+    """Overhead sun over flat water: 0.9796 of its irradiance, over 1.333^2."""
+    build_pool(empty_scene, out)
+    bpy.data.objects["Water"].scale = (3, 3, 1)
+    empty_scene.dapple.match_cycles = True
+    run(empty_scene, frames=(1,))
+    np.testing.assert_allclose(read_exr(out / "Floor/caustics_0001.exr"), 0.9796 / 1.333**2, rtol=1e-3)
+    entry = record(out)["frames"]["1"]
+    assert entry["map_scale"] == pytest.approx([1.333**-2] * 3)
+    assert entry["flux_received"]["Floor"][0] == pytest.approx(4 * 0.9796, rel=1e-3)
+    assert record(out)["settings"]["match_cycles"] is True
+
+
 def test_awkward_names_get_folders_of_their_own(pool, out):
     bpy.data.objects["Floor"].name = "a/b"
     add_grid("a:b", -1.0, pool.dapple.receivers)
