@@ -1,9 +1,10 @@
 """The smooth water that a mesh samples, as a finer mesh whose positions and normals are that water's.
 
-On every sheet of the water that is a height field a B-spline is fitted to the vertices (`splines.py`). Each triangle is
-cut in k x k parts whose vertices take their heights and normals from it; elsewhere - at steep faces, droplets and
-creases - the mesh keeps its shape. An edge bends only where both its ends lie on one sheet, so nothing opens between
-them. In plan nothing moves: outline, holes and areas are the mesh's.
+On every sheet of the water that is a height field, over the plan or over an upright plane, a B-spline is fitted to the
+vertices (`splines.py`). Each triangle is cut in k x k parts whose vertices take their heights and normals from it;
+elsewhere - on droplets, creases, and folds that the mesh barely resolves - the mesh keeps its shape. An edge bends only
+where both its ends lie on one sheet, so nothing opens between sheets. Over the plan nothing moves but up and down:
+outline, holes and areas are the mesh's.
 
 k follows from how far the slopes depart from what the corners interpolate, which moves the light by so many texels.
 """
@@ -63,13 +64,13 @@ class Reconstruction:
             return water, _AS_IT_IS + "which is fine enough"
         splines = Splines(water, self._smoothing)
         self._smoothing = splines.smoothing
-        smooth = np.count_nonzero((splines.sheet[water.triangles] >= 0).all(1))
-        if not smooth:
+        level, upright = splines.count(water.triangles)
+        if not level + upright:
             return water, _AS_IT_IS + "since it is nowhere a wide and smooth height field"
         parts = self._parts(_rms(*splines.deviation(edges)) * need.reach, need, len(water.triangles))
         finer = self._refined(water, splines, self._tessellation(water, splines.cut, parts))
-        of = f"{smooth} of {len(water.triangles)} triangles"
-        return finer, f"a B-spline, lambda = {self._smoothing:g}, for {of}, in {parts} x {parts} parts each"
+        of = f"{level} of {len(water.triangles)} triangles" + (f", upright ones for {upright}" if upright else "")
+        return finer, f"B-splines over the plan, lambda = {self._smoothing:g}, for {of}, in {parts} x {parts} parts"
 
     def _parts(self, deviation, need, triangles):
         """k: the error falls as the square of the deviation, and that as k^-2."""

@@ -1,4 +1,4 @@
-"""Where water is a height field: sheets of it, each connected and nowhere near steep faces."""
+"""Sheets of the water that are height fields: over the plan, and where it is steep or overhangs over upright planes."""
 
 from __future__ import annotations
 
@@ -6,42 +6,74 @@ from dataclasses import dataclass
 
 import numpy as np
 
-_STEEP = 0.25  # least |n_z| of a face, as a cosine, for its height to be a good coordinate
-_RINGS = 2  # of vertices round steep faces that are left out
-_DROPLET = 0.02  # of the water's area in plan: smaller pieces are no sheets
+_STEEP = 0.25  # least |cosine| between a face's normal and the axis of heights
+_RINGS = 2  # of vertices at the border of the faces that are steep for an axis, which are left to other sheets
+_LEAST = {2: 0.02, 0: 0.002, 1: 0.002}  # of the water's area, across the axis of heights: less is a droplet
+_FEW = 50  # vertices: an upright sheet has more
 
 
 @dataclass(frozen=True)
-class Sheets:
-    """number (V,): the sheet that each vertex is on, -1 for none; support (V,): the same, with the vertices between a
-    sheet and the steep faces, which are on none but known to belong to its surface; count of sheets."""
+class Sheet:
+    """axis: 0, 1, 2, the coordinate that is the height; support (n,): vertices that the surface passes through; on (V,)
+    bool: those of them that are far enough from where it is steep; faces (T,) bool: all corners are in support."""
 
-    number: np.ndarray
+    axis: int
     support: np.ndarray
-    count: int
+    on: np.ndarray
+    faces: np.ndarray
+
+
+def turned(vectors, axis):
+    """Vectors (3, ...) with the coordinate `axis` last, by a rotation."""
+    return np.roll(vectors, 2 - axis, axis=0)
+
+
+def turned_back(vectors, axis):
+    """The inverse of `turned`."""
+    return np.roll(vectors, axis - 2, axis=0)
 
 
 def find_sheets(positions, triangles):
-    """The Sheets of a mesh: positions (V,3), triangles (T,3). Faces that look up and down never share one."""
-    count = len(positions)
-    plan, whole = _face_normals(positions, triangles)
-    steep = ~(np.abs(plan) >= _STEEP * whole)
+    """The Sheets of a mesh: positions (V,3), triangles (T,3). Those over the plan come first; upright ones only where
+    the mesh has faces on none of these."""
+    normals = _face_normals(positions, triangles)
+    area = np.sqrt((normals**2).sum(0))
+    sheets, rest = [], np.ones(len(triangles), bool)
+    for axis in (2, 0, 1):
+        for sheet in _along(axis, normals[axis], area, triangles, len(positions), rest):
+            sheets.append(sheet)
+            rest &= ~sheet.on[triangles].all(1)
+        if not rest.any():
+            break
+    return sheets
+
+
+def _along(axis, height, area, triangles, count, rest):
+    """The Sheets with heights along an axis that hold faces of `rest` (T,), by the faces' normals along it (T,). Faces
+    that look up and down never share one."""
+    steep = ~(np.abs(height) >= _STEEP * area)
     up, down, touching = np.zeros((3, count), bool)
-    up[triangles[plan > 0]] = down[triangles[plan < 0]] = touching[triangles[steep]] = True
-    touching |= up & down
+    up[triangles[height > 0]] = down[triangles[height < 0]] = touching[triangles[steep]] = True
+    both = up & down
+    touching |= both
     far = touching.copy()
     for _ in range(_RINGS if far.any() else 0):
         far[triangles[far[triangles].any(1)]] = True
-    sound = triangles[~(steep | (up & down)[triangles].any(1))]
-    label = components(sound, count)
-    area = np.bincount(label[triangles[:, 0]], np.abs(plan), minlength=count)
-    large = np.flatnonzero(area > _DROPLET * np.abs(plan).sum())
-    rank = np.full(count, -1)
-    rank[large] = np.arange(len(large))
-    used = np.zeros(count, bool)
-    used[sound] = True
-    sheet = np.where(used, rank[label], -1)
-    return Sheets(np.where(far, -1, sheet), np.where(touching, -1, sheet), len(large))
+    faces = np.flatnonzero(~(steep | both[triangles].any(1)))
+    label = components(triangles[faces], count)
+    of_face = label[triangles[faces, 0]]
+    size = np.bincount(of_face, np.abs(height[faces]), minlength=count)
+    wanted = np.bincount(of_face, rest[faces], minlength=count) > 0
+    for one in np.flatnonzero(wanted & (size > _LEAST[axis] * area.sum())):
+        inside = np.zeros(len(triangles), bool)
+        inside[faces[of_face == one]] = True
+        used = np.zeros(count, bool)
+        used[triangles[inside]] = True
+        used &= ~touching
+        inside &= used[triangles].all(1)
+        support = np.flatnonzero(used)
+        if inside.any() and (axis == 2 or len(support) > _FEW):
+            yield Sheet(axis, support, used & ~far, inside)
 
 
 def components(triangles, count):
@@ -62,8 +94,7 @@ def components(triangles, count):
 
 
 def _face_normals(positions, triangles):
-    """z (T,) of the faces' normals and their length (T,): twice the area in plan, with sign, and in space."""
+    """Normals (3,T) of the faces, by their winding, twice their area long."""
     v = [np.take(positions.T, triangles[:, k], axis=1) for k in range(3)]
     e, f = v[1] - v[0], v[2] - v[0]
-    x, y, z = e[1] * f[2] - e[2] * f[1], e[2] * f[0] - e[0] * f[2], e[0] * f[1] - e[1] * f[0]
-    return z, np.sqrt(x * x + y * y + z * z)
+    return np.stack([e[1] * f[2] - e[2] * f[1], e[2] * f[0] - e[0] * f[2], e[0] * f[1] - e[1] * f[0]])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .fit import fit
-from .sheets import components, find_sheets
+from .sheets import components, find_sheets, turned, turned_back
 from .smoothing import choose_smoothing
 
 _CREASE = 0.02  # of the distance of vertices, and
@@ -13,88 +13,97 @@ _OUTLIER = 8.0  # deviations: a vertex farther off the spline than both is not o
 
 
 class Splines:
-    """Height fields fitted to a Water with smooth shading.
+    """Height fields fitted to the sheets of a Water with smooth shading.
 
-    smoothing: lambda of `fit.py`, chosen from the largest sheet where it is None. sheet (V,): the height field that
-    each vertex lies on, -1 where it stays as it is; cut (T,): whether a triangle hangs together with any that lies on
-    one.
+    smoothing: lambda of `fit.py`, chosen from the largest sheet where it is None. sheets: those with vertices left on
+    them; cut (T,): whether a triangle hangs together with a vertex on any.
     """
 
     def __init__(self, water, smoothing=None):
-        self._positions, self._normals = water.positions, water.normals
+        self._positions, self._normals = water.positions.T, water.normals.T
         sheets = find_sheets(water.positions, water.triangles)
-        self.sheet, self.smoothing = sheets.number.copy(), smoothing
-        of_sheets = [self._points(water.triangles, sheets, k) for k in range(sheets.count)]
-        if smoothing is None and of_sheets:
-            used, distance = max(of_sheets, key=lambda points: len(points[0]))
-            slopes = self._slopes(None, self._normals[used].T)
-            self.smoothing = choose_smoothing(self._positions[used], slopes, distance)
-        self._fields = [self._fit(water.triangles, k, *points) for k, points in enumerate(of_sheets)]
-        body = components(water.triangles, len(self.sheet))
-        on = np.zeros(len(self.sheet), bool)
-        on[body[self.sheet >= 0]] = True
-        self.cut = on[body[water.triangles[:, 0]]]
-        # The normals' side of a sheet is that of the mesh's own.
-        upward = [self._normals[self.sheet == k, 2].sum() for k in range(sheets.count)]
-        self._side = np.where(np.array(upward) < 0, -1.0, 1.0)
+        if smoothing is None and sheets:
+            smoothing = self._choose(max(sheets, key=lambda sheet: len(sheet.support)), water.triangles)
+        self.smoothing = smoothing
+        fields = [self._fit(sheet, water.triangles) for sheet in sheets]
+        known = [(sheet, field) for sheet, field in zip(sheets, fields, strict=True) if sheet.on.any()]
+        self.sheets, self._fields = [sheet for sheet, _ in known], [field for _, field in known]
+        # The side of the normals is that of the mesh's own.
+        self._sides = [-1.0 if self._normals[s.axis, s.on].sum() < 0 else 1.0 for s in self.sheets]
+        body = components(water.triangles, len(water.positions))
+        alive = np.zeros(len(water.positions), bool)
+        for sheet in self.sheets:
+            alive[body[sheet.on]] = True
+        self.cut = alive[body[water.triangles[:, 0]]]
 
-    def _points(self, triangles, sheets, k):
-        """The vertices (n,) that the surface of sheet k is fitted to, and their typical distance [m]."""
-        distance = typical_distance(self._positions, triangles[(sheets.support[triangles] == k).all(1)])
-        return np.flatnonzero(sheets.support == k), distance
+    def _choose(self, sheet, triangles):
+        """The smoothing that the vertices of a sheet deserve."""
+        points = turned(self._positions[:, sheet.support], sheet.axis)
+        normals = turned(self._normals[:, sheet.support], sheet.axis)
+        return choose_smoothing(points.T, _slopes(normals), self._distance(sheet, triangles))
 
-    def _fit(self, triangles, k, used, distance):
-        """The HeightField of sheet k through the vertices `used`; takes from the sheet what does not lie on it."""
-        points = self._positions[used]
-        field = fit(points, distance, self.smoothing)
-        off = np.abs(field.at(points[:, 0], points[:, 1])[0] - points[:, 2])
+    def _distance(self, sheet, triangles):
+        """Typical distance [m] of neighbours across the heights: the longest edges over sqrt 2, in the mean by area."""
+        corners = turned(self._positions, sheet.axis)[:2, triangles[sheet.faces].T]
+        x, y = corners
+        longest = np.sqrt(np.max([(x[k] - x[k - 1]) ** 2 + (y[k] - y[k - 1]) ** 2 for k in range(3)], axis=0))
+        area = np.abs((x[1] - x[0]) * (y[2] - y[0]) - (y[1] - y[0]) * (x[2] - x[0]))
+        return float((longest * area).sum() / area.sum() / np.sqrt(2))
+
+    def _fit(self, sheet, triangles):
+        """The HeightField of a sheet; vertices that do not lie on it are taken from sheet.on, with two rings."""
+        points = turned(self._positions[:, sheet.support], sheet.axis)
+        distance = self._distance(sheet, triangles)
+        field = fit(points.T, distance, self.smoothing)
+        off = np.abs(field.at(*points[:2])[0] - points[2])
         off_it = off > max(_CREASE * distance, _OUTLIER * 1.4826 * np.median(off))
         if off_it.any():
-            wrong = np.zeros(len(self.sheet), bool)
-            wrong[used[off_it]] = True
+            wrong = np.zeros(len(sheet.on), bool)
+            wrong[sheet.support[off_it]] = True
             for _ in range(2):
                 wrong[triangles[wrong[triangles].any(1)]] = True
-            self.sheet[wrong & (self.sheet == k)] = -1
+            sheet.on[wrong] = False
         return field
 
     def between(self, ends, shares):
         """Positions and normals (3, n, m), not unit off the sheets, at the convex combinations shares (c, m) of the
-        vertices ends (c, n): on a spline where all of them lie on one sheet, straight between them elsewhere."""
+        vertices ends (c, n): on a spline where all of them lie on its sheet, straight between them elsewhere."""
         position, normal = (
-            np.einsum("cin,cm->inm", np.take(v, ends, axis=0).transpose(0, 2, 1), shares)
-            for v in (self._positions, self._normals)
+            np.einsum("icn,cm->inm", np.take(v, ends, axis=1), shares) for v in (self._positions, self._normals)
         )
-        sheet = self.sheet[ends]
-        common = np.where((sheet == sheet[0]).all(0), sheet[0], -1)
-        for k, field in enumerate(self._fields):
-            here = common == k
+        left = np.ones(ends.shape[1], bool)
+        for sheet, field, side in zip(self.sheets, self._fields, self._sides, strict=True):
+            here = left & sheet.on[ends].all(0)
+            left &= ~here
             take = slice(None) if here.all() else np.flatnonzero(here)
-            x, y = position[0, take], position[1, take]
+            x, y, _ = turned(position[:, take], sheet.axis)
             z, slope_x, slope_y = field.at(x.ravel(), y.ravel()).reshape(3, *x.shape)
-            position[2, take] = z
-            upright = self._side[k] / np.sqrt(1 + slope_x**2 + slope_y**2)
-            normal[:, take] = np.stack([-slope_x * upright, -slope_y * upright, upright])
+            position[:, take] = turned_back(np.stack([x, y, z]), sheet.axis)
+            upright = side / np.sqrt(1 + slope_x**2 + slope_y**2)
+            normal[:, take] = turned_back(np.stack([-slope_x * upright, -slope_y * upright, upright]), sheet.axis)
         return position, normal
 
     def deviation(self, edges):
-        """Slopes at the middles of edges (2,n) less the mean of their ends', as a length (n,), and the edges' lengths
-        (n,) in plan; 0 off the sheets."""
-        middle, ends = (self._slopes(*self.between(edges, shares)) for shares in (_MIDDLE, np.eye(2)))
-        off = middle[:, :, 0] - ends.mean(2)
-        run = self._positions[edges[1], :2] - self._positions[edges[0], :2]
-        return np.where((self.sheet[edges] >= 0).all(0), np.hypot(*off), 0.0), np.hypot(*run.T)
+        """Slopes over the plan at the middles of edges (2,n) less the mean of their ends', as a length (n,), at most 1,
+        and the edges' lengths (n,) in plan; 0 off the sheets over the plan."""
+        (_, middle), (_, ends) = (self.between(edges, shares) for shares in (np.full((2, 1), 0.5), np.eye(2)))
+        off = np.hypot(*(_slopes(middle)[..., 0] - _slopes(ends).mean(-1)))
+        on = np.zeros(edges.shape[1], bool)
+        for sheet in self.sheets:
+            on |= sheet.on[edges].all(0) & (sheet.axis == 2)
+        run = self._positions[:2, edges[1]] - self._positions[:2, edges[0]]
+        return np.where(on, np.minimum(off, 1.0), 0.0), np.hypot(*run)
 
-    @staticmethod
-    def _slopes(_, normal):
-        return -normal[:2] / np.where(normal[2] == 0, np.inf, normal[2])
+    def count(self, triangles):
+        """How many of triangles (T,3) follow splines over the plan, and over upright planes."""
+        left, found = np.ones(len(triangles), bool), [0, 0]
+        for sheet in self.sheets:
+            here = left & sheet.on[triangles].all(1)
+            left &= ~here
+            found[sheet.axis != 2] += np.count_nonzero(here)
+        return found
 
 
-_MIDDLE = np.full((2, 1), 0.5)
-
-
-def typical_distance(positions, triangles):
-    """Distance [m] in plan of neighbours in triangles (T,3): longest edges over sqrt 2, in the mean by area."""
-    x, y = (np.take(positions[:, k], triangles.T) for k in (0, 1))
-    longest = np.sqrt(np.max([(x[k] - x[k - 1]) ** 2 + (y[k] - y[k - 1]) ** 2 for k in range(3)], axis=0))
-    area = np.abs((x[1] - x[0]) * (y[2] - y[0]) - (y[1] - y[0]) * (x[2] - x[0]))
-    return float((longest * area).sum() / area.sum() / np.sqrt(2))
+def _slopes(normals):
+    """Slopes (2, ...) of a surface with normals (3, ...)."""
+    return -normals[:2] / np.where(normals[2] == 0, np.inf, normals[2])
