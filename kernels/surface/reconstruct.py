@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .smoothing import Smoothing
 from .splines import Splines
 from .tessellate import Tessellation
 
@@ -48,11 +49,11 @@ class Need:
 
 
 class Reconstruction:
-    """What the frames of one sequence share: how much the vertices are smoothed, estimated once, and how triangles are
-    cut while they stay the same."""
+    """What the frames of one sequence share: how much the vertices are smoothed, and how triangles are cut while they
+    stay the same."""
 
     def __init__(self):
-        self._known = self._smoothing = None
+        self._known, self._smoothing = None, Smoothing()
 
     def apply(self, water, need):
         """(Water, sentence): the Water reconstructed for a Need, or as it is where that would gain nothing."""
@@ -63,14 +64,16 @@ class Reconstruction:
         if _OWN * own**2 <= need.tolerance:
             return water, _AS_IT_IS + "which is fine enough"
         splines = Splines(water, self._smoothing)
-        self._smoothing = splines.smoothing
         level, upright = splines.count(water.triangles)
         if not level + upright:
             return water, _AS_IT_IS + "since it is nowhere a wide and smooth height field"
         parts = self._parts(_rms(*splines.deviation(edges)) * need.reach, need, len(water.triangles))
         finer = self._refined(water, splines, self._tessellation(water, splines.cut, parts))
         of = f"{level} of {len(water.triangles)} triangles" + (f", upright ones for {upright}" if upright else "")
-        return finer, f"B-splines over the plan, lambda = {self._smoothing:g}, for {of}, in {parts} x {parts} parts"
+        return (
+            finer,
+            f"B-splines over the plan, lambda = {self._smoothing.value:g}, for {of}, in {parts} x {parts} parts",
+        )
 
     def _parts(self, deviation, need, triangles):
         """k: the error falls as the square of the deviation, and that as k^-2."""

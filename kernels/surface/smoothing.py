@@ -19,13 +19,28 @@ from .fit import coarse_lattice, detrended, solve
 
 LADDER = (0.6, 0.2, 0.06, 0.02, 0.006, 0.002)  # the last is right for vertices that lie on the surface
 _PAYS = 0.95  # of the predicted error, from one rung to the next
+_ROUGHER = 1.5  # times the slopes' deviation
 _WINDOW = 1500  # vertices that are looked at
 _TOLERANCE = 1e-4, 1e-2  # of the fit to the vertices, and to the probe
 
 
-def choose_smoothing(points, slopes, distance):
-    """The lambda of `fit.fit` for points (n,3) [m] with slopes (2,n), whose typical distance is `distance` [m]."""
-    points = points[_roughest(points[:, :2], slopes)]
+class Smoothing:
+    """The lambda of one sequence: chosen on its first frame, and again on one that is rougher by half, since on still
+    water there is nothing to choose it by."""
+
+    def __init__(self):
+        self.value, self._roughness = None, 0.0
+
+    def settle(self, points, slopes, distance):
+        """The value for a frame with points (n,3) [m], slopes (2,n) there, and typical distance [m] of the points."""
+        window, roughness = _roughest(points[:, :2], slopes)
+        if self.value is None or roughness > _ROUGHER * self._roughness:
+            self.value, self._roughness = choose_smoothing(points[window], distance), roughness
+        return self.value
+
+
+def choose_smoothing(points, distance):
+    """The lambda of `fit.fit` for points (n,3) [m], whose typical distance is `distance` [m]."""
     rest, _ = detrended(points)
     lattice = coarse_lattice(points[:, :2], distance).halved()
     samples = Samples(lattice, points[:, 0], points[:, 1])
@@ -45,11 +60,13 @@ def choose_smoothing(points, slopes, distance):
 
 
 def _roughest(plan, slopes):
-    """Indices of about _WINDOW of the points plan (n,2): those of the box in which the slopes (2,n) vary most."""
+    """Indices of about _WINDOW of the points plan (n,2), those of the box in which the slopes (2,n) vary most; and the
+    slopes' standard deviation there."""
     boxes = max(1, round(np.sqrt(len(plan) / _WINDOW)))
     low, high = plan.min(0), plan.max(0)
     place = np.clip((plan - low) / np.maximum(high - low, np.finfo(float).tiny) * boxes, 0, boxes - 1).astype(int)
     box = place[:, 1] * boxes + place[:, 0]
     count = np.maximum(np.bincount(box), 1)
     varied = sum(np.bincount(box, s * s) - np.bincount(box, s) ** 2 / count for s in slopes)
-    return np.flatnonzero(box == np.argmax(varied))
+    chosen = np.argmax(varied)
+    return np.flatnonzero(box == chosen), float(np.sqrt(max(varied[chosen], 0.0) / count[chosen]))

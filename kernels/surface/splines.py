@@ -6,7 +6,6 @@ import numpy as np
 
 from .fit import fit
 from .sheets import components, find_sheets, turned, turned_back
-from .smoothing import choose_smoothing
 
 _CREASE = 0.02  # of the distance of vertices, and
 _OUTLIER = 8.0  # deviations: a vertex farther off the spline than both is not on the surface that it describes
@@ -15,16 +14,14 @@ _OUTLIER = 8.0  # deviations: a vertex farther off the spline than both is not o
 class Splines:
     """Height fields fitted to the sheets of a Water with smooth shading.
 
-    smoothing: lambda of `fit.py`, chosen from the largest sheet where it is None. sheets: those with vertices left on
-    them; cut (T,): whether a triangle hangs together with a vertex on any.
+    smoothing: the Smoothing of the sequence, settled on the sheet whose slopes vary most. sheets: those with vertices
+    left on them; cut (T,): whether a triangle hangs together with a vertex on any.
     """
 
-    def __init__(self, water, smoothing=None):
+    def __init__(self, water, smoothing):
         self._positions, self._normals = water.positions.T, water.normals.T
         sheets = find_sheets(water.positions, water.triangles)
-        if smoothing is None and sheets:
-            smoothing = self._choose(max(sheets, key=lambda sheet: len(sheet.support)), water.triangles)
-        self.smoothing = smoothing
+        self._smoothing = self._settle(smoothing, sheets, water.triangles)
         fields = [self._fit(sheet, water.triangles) for sheet in sheets]
         known = [(sheet, field) for sheet, field in zip(sheets, fields, strict=True) if sheet.on.any()]
         self.sheets, self._fields = [sheet for sheet, _ in known], [field for _, field in known]
@@ -36,11 +33,14 @@ class Splines:
             alive[body[sheet.on]] = True
         self.cut = alive[body[water.triangles[:, 0]]]
 
-    def _choose(self, sheet, triangles):
-        """The smoothing that the vertices of a sheet deserve."""
-        points = turned(self._positions[:, sheet.support], sheet.axis)
-        normals = turned(self._normals[:, sheet.support], sheet.axis)
-        return choose_smoothing(points.T, _slopes(normals), self._distance(sheet, triangles))
+    def _settle(self, smoothing, sheets, triangles):
+        """The lambda for these sheets."""
+        slopes = [_slopes(turned(self._normals[:, s.support], s.axis)) for s in sheets]
+        if not sheets:
+            return None
+        k = int(np.argmax([(s.var(1) * s.shape[1]).sum() for s in slopes]))
+        points = turned(self._positions[:, sheets[k].support], sheets[k].axis)
+        return smoothing.settle(points.T, slopes[k], self._distance(sheets[k], triangles))
 
     def _distance(self, sheet, triangles):
         """Typical distance [m] of neighbours across the heights: the longest edges over sqrt 2, in the mean by area."""
@@ -54,7 +54,7 @@ class Splines:
         """The HeightField of a sheet; vertices that do not lie on it are taken from sheet.on, with two rings."""
         points = turned(self._positions[:, sheet.support], sheet.axis)
         distance = self._distance(sheet, triangles)
-        field = fit(points.T, distance, self.smoothing)
+        field = fit(points.T, distance, self._smoothing)
         off = np.abs(field.at(*points[:2])[0] - points[2])
         off_it = off > max(_CREASE * distance, _OUTLIER * 1.4826 * np.median(off))
         if off_it.any():
