@@ -2,9 +2,9 @@
 
 V(lambda) = |z - A z|^2 / n / (1 - tr A / n)^2 estimates, without knowing the true water, the mean squared error of
 predicting a vertex from the others, A being the fit to the vertices; its trace is taken with one random probe [2].
-From much smoothing to little, lambda falls as long as that makes the prediction better by a twentieth. Noise that
-differs from vertex to vertex stops it at V's minimum. So does the error of interpolated iso-surfaces, which follows the
-cells that they were made from: there V keeps creeping down, which would take that error for waves.
+From much smoothing to little, lambda falls as long as a rung makes the prediction better by a twentieth, or several do
+by three tenths. Noise that differs from vertex to vertex stops it at V's minimum. So does the error of interpolated
+iso-surfaces, which follows the cells that they were made from: there V creeps down, taking that error for waves.
 
 [1] Craven & Wahba 1978, Smoothing noisy data with spline functions.
 [2] Girard 1989, A fast Monte-Carlo cross-validation procedure for large least squares problems with noisy data.
@@ -18,7 +18,7 @@ from .bspline import Samples
 from .fit import coarse_lattice, detrended, solve
 
 LADDER = (0.6, 0.2, 0.06, 0.02, 0.006, 0.002)  # the last is right for vertices that lie on the surface
-_PAYS = 0.95  # of the predicted error, from one rung to the next
+_PAYS, _LEAPS = 0.95, 0.7  # of the predicted error, from one rung to the next, and to any
 _ROUGHER = 1.5  # times the slopes' deviation
 _WINDOW = 1500  # vertices that are looked at
 _TOLERANCE = 1e-4, 1e-2  # of the fit to the vertices, and to the probe
@@ -46,17 +46,23 @@ def choose_smoothing(points, distance):
     samples = Samples(lattice, points[:, 0], points[:, 1])
     per_cell = len(rest) / (lattice.cells[0] * lattice.cells[1])
     probe = np.where(np.random.default_rng(0).random(len(rest)) < 0.5, -1.0, 1.0)
-    chosen, least = LADDER[0], np.inf
+    errors = []
     c = of_probe = np.zeros(lattice.shape)
     for smoothing in LADDER:
         c = solve(samples, rest, smoothing * per_cell, c, _TOLERANCE[0])
         of_probe = solve(samples, probe, smoothing * per_cell, of_probe, _TOLERANCE[1])
         freedom = 1 - (probe @ samples.values(of_probe)) / len(rest)
-        error = np.sqrt(((rest - samples.values(c)) ** 2).mean()) / max(freedom, np.finfo(float).tiny)
-        if error > _PAYS * least:
-            break
-        chosen, least = smoothing, error
-    return chosen
+        errors.append(np.sqrt(((rest - samples.values(c)) ** 2).mean()) / max(freedom, np.finfo(float).tiny))
+    return LADDER[_last_that_pays(errors)]
+
+
+def _last_that_pays(errors):
+    """The rung at which to stop, by the errors predicted on all."""
+    rung = 0
+    for k, error in enumerate(errors):
+        if error < errors[rung] * (_PAYS if k == rung + 1 else _LEAPS):
+            rung = k
+    return rung
 
 
 def _roughest(plan, slopes):

@@ -5,7 +5,7 @@ import pytest
 from waves import five_sines
 
 from dapple.kernels.surface.fit import fit
-from dapple.kernels.surface.smoothing import LADDER, Smoothing
+from dapple.kernels.surface.smoothing import LADDER, Smoothing, _last_that_pays
 
 
 def vertices(noise, count=1600, side=2.0, seed=0, shape=five_sines):
@@ -71,3 +71,17 @@ def test_it_stays_over_a_sequence_but_not_from_still_water_on():
     sequence = Smoothing()
     sequence.settle(*vertices(1e-7, shape=still))
     assert sequence.settle(*clean) == Smoothing().settle(*clean) < first
+
+
+@pytest.mark.parametrize(
+    ("errors", "rung"),
+    [
+        ([4, 3, 2, 1, 0.5, 0.4], 5),  # waves
+        ([2, 1, 1.1, 1.2, 1.3, 1.4], 1),  # noise
+        ([2, 1, 0.98, 0.96, 0.9, 0.8], 1),  # an iso-surface's pattern
+        ([2, 1.96, 1.9, 1.8, 1.5, 1.2], 5),  # folds that only the last rungs resolve
+        ([0, 0, 0, 0, 0, 0], 0),  # still water
+    ],
+)
+def test_the_rung_to_stop_at(errors, rung):
+    assert _last_that_pays(errors) == rung
