@@ -27,7 +27,8 @@ _SMALL = 0.3  # cells^2: smaller ellipses hardly leave their cell
 _MATCHES = 4
 _GRAIN = 3  # cells along a texel, at most
 _LEAST = 0.1  # texels: smaller ellipses change nothing
-_ALIKE = 0.1  # of the largest depth: between the ellipses that are blended
+_ALIKE = 0.1  # of the largest: ellipses this near to each other are one, and
+_BLENDED = 0.25  # those of depths whose squares lie this near to each other are blended
 _GOLDEN = (np.sqrt(5) - 1) / 2
 
 
@@ -44,7 +45,11 @@ class Disc:
         self.seen = radius > 0 and lit.area.any()
         if not self.seen:
             return
-        self._ellipses = [_Ellipses(lit, r, t, eta, radius) for r, t in zip(receivers, texels, strict=True)]
+        n, middle, slope = _mean_plane(lit)
+        ways = [
+            (t, radius * dt, slope * bend) for t, dt, bend in (_refracted(lit.frame, n, eta), _reflected(lit.frame, n))
+        ]
+        self._ellipses = [_Ellipses(r, t, n, middle, ways) for r, t in zip(receivers, texels, strict=True)]
         sizes = [size for size in (e.size() for e in self._ellipses) if size > _LEAST]
         self.seen = bool(sizes)
         if self.seen:
@@ -77,18 +82,18 @@ class _Ellipses:
     """The ellipses of one receiver's texels: kind (K,) of each, covariance (kinds,2,2) [texel^2] of a kind at unit
     depth, and depth (K,) [m] of each texel from the water along the mean ray."""
 
-    def __init__(self, lit, receiver, texels, eta, radius):
-        n, middle, slope = _mean_plane(lit)
+    def __init__(self, receiver, texels, n, middle, ways):
+        """Under a plane through `middle` (3,) of normal n (3,); ways: `_covariances` takes them, below it and above."""
         rise = texels.positions @ n - middle @ n
         maps = texel_maps(receiver, texels.resolution)
         self.kind, self.depth = np.zeros(len(rise), np.int64), np.zeros(len(rise))
         self.covariance = np.zeros((0, 2, 2))
-        for own, (t, dt, bend) in ((rise <= 0, _refracted(lit, n, eta)), (rise > 0, _reflected(lit, n))):
+        for own, way in zip((rise <= 0, rise > 0), ways, strict=True):
             if own.any():
-                kind, covariance = _kinds(_covariances(maps, t, radius * dt, bend * slope))
+                kind, covariance = _kinds(_covariances(maps, *way))
                 self.kind[own] = len(self.covariance) + kind[texels.triangle[own]]
                 self.covariance = np.concatenate([self.covariance, covariance])
-                self.depth[own] = np.maximum(rise[own] / (t @ n), 0)
+                self.depth[own] = np.maximum(rise[own] / (way[0] @ n), 0)
 
     def size(self):
         """The largest half axis [texel] of all."""
@@ -108,9 +113,9 @@ def _mean_plane(lit):
     return lit.frame.T @ n, lit.frame.T @ (weight @ lit.positions[lit.triangles].mean(1)), np.sqrt(lean)
 
 
-def _refracted(lit, n, eta):
+def _refracted(frame, n, eta):
     """Direction t (3,) of light that is refracted at normal n, how it turns with the light, dt (3,2), and with n."""
-    s, across = lit.frame[2], lit.frame[:2].T
+    s, across = frame[2], frame[:2].T
     c = s @ n
     c_t = cosine_refracted(c, eta)
     turn = -(n @ across)  # of c
@@ -118,9 +123,9 @@ def _refracted(lit, n, eta):
     return gamma * n - s / eta, across / eta + np.outer(n, (1 / eta - c / (c_t * eta * eta)) * turn), abs(gamma)
 
 
-def _reflected(lit, n):
+def _reflected(frame, n):
     """As `_refracted`, of light that is reflected."""
-    s, across = lit.frame[2], lit.frame[:2].T
+    s, across = frame[2], frame[:2].T
     return 2 * (s @ n) * n - s, across - 2 * np.outer(n, n @ across), 2 * (s @ n)
 
 
@@ -169,17 +174,23 @@ def _blur_chart(flux, home, ellipses, grain):
     """Blurred flux of the cells of one chart's window; home: the texel (rows, columns) of each, -1 off the chart."""
     on = home >= 0
     kind, depth = ellipses.kind[home], ellipses.depth[home]
-    mask = _cells(on.astype(float), grain)
-    stays, spread = np.zeros_like(flux), np.zeros_like(flux)
+    depths, kernels, parts = [], [], []
     for k in np.unique(kind[on]):
-        of_kind = on & (kind == k)
-        for at, weight in _hats(depth, of_kind):
-            kernel = _kernel(ellipses.covariance[k] * (at * grain) ** 2)
-            weight = _cells(weight, grain)
-            part, kept = _convolved([flux * weight, mask], kernel)
-            spread += part
-            stays += weight * (1 - kept)
-    return np.where(mask > 0, spread + flux * stays, flux)
+        for at, weight in _hats(depth, on & (kind == k)):
+            depths.append(at)
+            kernels.append(_kernel(ellipses.covariance[k] * (at * grain) ** 2))
+            parts.append(flux * _cells(weight, grain))
+    mask = _cells(on.astype(float), grain)
+    blurred = mask * _convolved(parts, kernels)
+    # What left the chart goes back to where such light comes from: as an ellipse of middle size tells, and the depth.
+    middle = np.argsort([len(kernel) for kernel in kernels])[len(kernels) // 2]
+    leaves = mask * flux * np.clip(1 - _convolved([mask], [kernels[middle]]), 0, 1)
+    if len(kernels) > 1:
+        leaves *= _cells(depth / max(depths[middle], np.finfo(float).tiny), grain)
+    gone = (mask * flux).sum() - blurred.sum()
+    if leaves.sum() > 0:
+        blurred += leaves * (gone / leaves.sum())
+    return np.where(mask > 0, blurred, flux)
 
 
 def _cells(values, grain):
@@ -188,13 +199,15 @@ def _cells(values, grain):
 
 
 def _hats(depth, chosen):
-    """Depths at which an ellipse is taken, and the weight of each at the texels chosen: linear in between."""
-    low, high = depth[chosen].min(), depth[chosen].max()
+    """Depths at which an ellipse is taken, and the weight of each at the texels chosen: linear in between in the square
+    of the depth, so that the blend has the second moments of the depth between."""
+    square = np.where(chosen, depth, 0.0) ** 2
+    low, high = square[chosen].min(), square[chosen].max()
     if high - low <= _ALIKE * high:
-        return [((low + high) / 2, chosen.astype(float))]
-    at = np.linspace(low, high, int(np.ceil((high - low) / (_ALIKE * high))) + 1)
+        return [(np.sqrt((low + high) / 2), chosen.astype(float))]
+    at = np.linspace(low, high, int(np.ceil((high - low) / (_BLENDED * high))) + 1)
     step = at[1] - at[0]
-    return [(a, chosen * np.maximum(1 - np.abs(depth - a) / step, 0)) for a in at]
+    return [(np.sqrt(a), chosen * np.maximum(1 - np.abs(square - a) / step, 0)) for a in at]
 
 
 def _kernel(covariance):
@@ -245,14 +258,19 @@ def _moments(kernel):
     return np.array([[kernel.sum(0) @ step**2, cross], [cross, kernel.sum(1) @ step**2]])
 
 
-def _convolved(images, kernel):
-    """Each of the images convolved with a kernel, dark outside."""
-    reach = len(kernel) // 2
-    shape = [_smooth(n + 2 * reach) for n in images[0].shape]
-    kernel = np.roll(np.pad(kernel, [(0, n - len(kernel)) for n in shape]), (-reach, -reach), axis=(0, 1))
-    factor = np.fft.rfft2(kernel)
+def _convolved(images, kernels):
+    """The sum of images, each convolved with its kernel, dark outside."""
+    reach = max(len(kernel) for kernel in kernels) // 2
     rows, columns = images[0].shape
-    return [np.fft.irfft2(np.fft.rfft2(image, shape) * factor, shape)[:rows, :columns] for image in images]
+    shape = [_smooth(n + 2 * reach) for n in (rows, columns)]
+    total = 0.0
+    for image, kernel in zip(images, kernels, strict=True):
+        middle = len(kernel) // 2
+        centred = np.zeros(shape)
+        centred[: len(kernel), : len(kernel)] = kernel
+        factor = np.fft.rfft2(np.roll(centred, (-middle, -middle), axis=(0, 1)))
+        total = total + np.fft.rfft2(image, shape) * factor
+    return np.fft.irfft2(total, shape)[:rows, :columns]
 
 
 def _smooth(n):
