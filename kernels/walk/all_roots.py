@@ -1,13 +1,13 @@
 """Every refracted path to a point: Newton's method in all triangles whose image holds it.
 
-With w = P - M and h = eta w / |w| - d, Snell's law says that h lies along the normal N. In a frame whose z points to
-the light that is
+With w = P - M and h = eta w / |w| - d, Snell's law says that h lies along the normal N. In a frame where no N_z
+vanishes that is
 
-    h_x N_z - h_z N_x = 0,    h_y N_z - h_z N_y = 0
+    h_x N_z - h_z N_x = 0,    h_y N_z - h_z N_y = 0.
 
-for all of space; with the light along -z the two are G of `conic.objective`. They are smooth and nearly linear over a
-triangle: three or four steps do. Where a triangle's image turns over it may hold two paths: there the method starts
-from several points, far enough apart to end at each.
+Under a sun, with the light along -z, the two are G of `conic.objective`; of a lamp at L, d = (M - L) / |M - L|. They
+are smooth and nearly linear over a triangle: three or four steps do. Where a triangle's image turns over it may hold
+two paths: there the method starts from several points, far enough apart to end at each.
 """
 
 from __future__ import annotations
@@ -17,7 +17,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from .candidates import candidates
-from .conic import is_path
 
 _STEPS, _STEPS_FOLDED = 12, 40  # of Newton's method; more where the image turns over
 _BATCH = 1 << 14  # pairs at once: what a step touches stays in the second-level cache
@@ -25,6 +24,8 @@ _CONVERGED = 1e-7  # barycentric: the last step of a method that squares its err
 _AWAY = 1.0  # barycentric: so far outside its triangle a path of a smooth image does not come back
 _INSIDE = 1e-9  # barycentric: rounding of a path on an edge
 _SAME, _SAME_ON_EDGE = 1e-6, 1e-8  # of a triangle's edge; in one triangle, and in two that may fold along theirs
+_RESIDUAL = 1e-7  # of Snell's law
+_TINY = np.finfo(float).tiny
 _SEVERAL = np.array([[1 / 3, 1 / 3], [0.05, 0.05], [0.9, 0.05], [0.05, 0.9], [0.5, 0.0], [0.5, 0.5], [0.0, 0.5]])
 
 
@@ -97,32 +98,50 @@ class _Snell:
         self.e1, self.e2 = ([np.take(c, k) - o for c, o in zip(surface.m, m0, strict=True)] for k in (second, third))
         self.n1, self.n2 = ([np.take(c, k) - o for c, o in zip(surface.n, n0, strict=True)] for k in (second, third))
         self.n0, self.q, self.eta = n0, [p[i] - m0[i] for i in range(3)], eta
+        self.v0 = None if surface.lamp is None else [m0[i] - surface.lamp[i] for i in range(3)]
 
     def take(self, index):
         other = object.__new__(_Snell)
-        other.eta = self.eta
-        for name in ("e1", "e2", "n0", "n1", "n2", "q"):
-            setattr(other, name, [np.take(c, index) for c in getattr(self, name)])
+        other.eta, other.v0 = self.eta, None
+        for name in ("e1", "e2", "n0", "n1", "n2", "q", "v0"):
+            if getattr(self, name) is not None:
+                setattr(other, name, [np.take(c, index) for c in getattr(self, name)])
         return other
 
     def step(self, a, b):
         """Newton's step (da, db) from (a, b)."""
-        e1, e2, n1, n2, eta = self.e1, self.e2, self.n1, self.n2, self.eta
-        w = [q - a * i - b * j for q, i, j in zip(self.q, e1, e2, strict=True)]
+        n1, n2 = self.n1, self.n2
         n = [o + a * i + b * j for o, i, j in zip(self.n0, n1, n2, strict=True)]
-        length = np.sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
-        over = -1 / np.maximum(length, np.finfo(float).tiny)
-        l1 = (w[0] * e1[0] + w[1] * e1[1] + w[2] * e1[2]) * over
-        l2 = (w[0] * e2[0] + w[1] * e2[1] + w[2] * e2[2]) * over
-        hx, hy, hz = eta * w[0], eta * w[1], eta * w[2] + length
-        z1, z2 = l1 - eta * e1[2], l2 - eta * e2[2]
-        lift = eta * n[2]
-        kx, ky = hx * n[2] - hz * n[0], hy * n[2] - hz * n[1]
-        x1, x2 = (hx * k[2] - lift * e[0] - z * n[0] - hz * k[0] for k, e, z in ((n1, e1, z1), (n2, e2, z2)))
-        y1, y2 = (hy * k[2] - lift * e[1] - z * n[1] - hz * k[1] for k, e, z in ((n1, e1, z1), (n2, e2, z2)))
+        h, h1, h2 = self._half(a, b)
+        kx, ky = (h[k] * n[2] - h[2] * n[k] for k in (0, 1))
+        x1, x2 = (h[0] * k[2] + g[0] * n[2] - g[2] * n[0] - h[2] * k[0] for k, g in ((n1, h1), (n2, h2)))
+        y1, y2 = (h[1] * k[2] + g[1] * n[2] - g[2] * n[1] - h[2] * k[1] for k, g in ((n1, h1), (n2, h2)))
         det = x1 * y2 - x2 * y1
-        scale = 1 / np.where(det == 0, np.finfo(float).tiny, det)
+        scale = 1 / np.where(det == 0, _TINY, det)
         return (x2 * ky - y2 * kx) * scale, (y1 * kx - x1 * ky) * scale
+
+    def _half(self, a, b):
+        """h (3), times |w|, and times |M - L| for a lamp, and its derivatives (3) along a and b."""
+        e1, e2, eta = self.e1, self.e2, self.eta
+        w = [q - a * i - b * j for q, i, j in zip(self.q, e1, e2, strict=True)]
+        length, (l1, l2) = _length(w, e1, e2)
+        if self.v0 is None:
+            h = eta * w[0], eta * w[1], eta * w[2] + length
+            return h, *((-eta * e[0], -eta * e[1], -eta * e[2] - g) for e, g in ((e1, l1), (e2, l2)))
+        v = [o + a * i + b * j for o, i, j in zip(self.v0, e1, e2, strict=True)]
+        away, (r1, r2) = _length(v, e1, e2)
+        h = [eta * away * w[k] - length * v[k] for k in range(3)]
+        return h, *(
+            [eta * (r * w[k] - away * e[k]) + g * v[k] - length * e[k] for k in range(3)]
+            for e, g, r in ((e1, l1, r1), (e2, l2, r2))
+        )
+
+
+def _length(v, e1, e2):
+    """Length (n,) of v (3), and its derivatives as v moves along e1 and e2 (3)."""
+    length = np.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
+    over = 1 / np.maximum(length, _TINY)
+    return length, [(v[0] * e[0] + v[1] * e[1] + v[2] * e[2]) * over for e in (e1, e2)]
 
 
 def _solve(surface, triangle, p, a, b, eta, several):
@@ -150,8 +169,17 @@ def _solve(surface, triangle, p, a, b, eta, several):
     weights = np.stack([1 - result[0] - result[1], *result], 1)
     at = np.flatnonzero(weights.min(1) >= -_INSIDE)  # not so where there is none, NaN
     m, n = surface.at(triangle[at], weights[at])
-    good = is_path(m, n, p[:, at], eta)
+    good = _refracted(surface, np.stack(m), np.stack(n), p[:, at], eta)
     return at[good], weights[at[good]]
+
+
+def _refracted(surface, m, n, p, eta):
+    """Whether (n,) light that meets the front of normals n (3,n) at m (3,n) is bent to p (3,n)."""
+    d, u = surface.arriving(m), p - m
+    u = u / np.maximum(np.sqrt((u * u).sum(0)), _TINY)
+    normal = n / np.maximum(np.sqrt((n * n).sum(0)), _TINY)
+    residual = np.abs(np.cross(eta * u - d, normal, axis=0)).max(0)
+    return (residual < _RESIDUAL) & ((d * normal).sum(0) < 0) & ((u * normal).sum(0) < 0)
 
 
 def _repeated(surface, roots, suspect):

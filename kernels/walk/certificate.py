@@ -19,7 +19,8 @@ _UNKNOWN = np.iinfo(np.int64).min
 
 def whole_triangles(surface, triangles):
     """Of triangles (m,), those whose normals face the light everywhere, in which every path counts."""
-    return triangles[(surface.n[2][surface.corner_records(triangles)] > 0).all(1)]
+    light = (surface.arriving(surface.m) * surface.n).sum(0)
+    return triangles[(light[surface.corner_records(triangles)] < 0).all(1)]
 
 
 def missing(surface, grid, triangles, roots, turn, count):

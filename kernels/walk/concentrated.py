@@ -82,7 +82,7 @@ def throw(paths, triangles, photons, rng):
             own = np.repeat(group[start : start + step], m * m)
             weights = _stratified(m, len(own) // (m * m), rng)
             point, normal = (np.stack(v) for v in paths.surface.at(own, weights))
-            facing = np.flatnonzero(normal[2] > 0)
+            facing = np.flatnonzero((paths.surface.arriving(point) * normal).sum(0) < 0)
             own, weights, point = own[facing], weights[facing], point[:, facing]
             direction = refract(normal[:, facing], paths.surface.arriving(point), paths.eta)
             back = paths.lit.frame.T

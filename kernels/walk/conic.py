@@ -33,11 +33,13 @@ class Surface:
     m (3,R) positions and n (3,R) normals of the records, which are the vertices under smooth shading and the corners of
     the triangles otherwise. Per half-edge (3T,): tail, head, tip, the records of its two ends and of the corner across;
     after, before, the triangle's other half-edges; k of its edge; over, its twin; turned, bool or None, the twin runs
-    the same way.
+    the same way. area (T,) as of LitWater; lamp, the position (3,) of a light that is near, or None.
     """
 
     def __init__(self, lit, twins):
         flat = lit.triangles.ravel()
+        self._frame, self._source, self.area = lit.frame, lit.source, lit.area
+        self.lamp = lit.frame @ lit.source.position if lit.source.varies else None
         if lit.normal_triangles is lit.triangles or np.array_equal(lit.normal_triangles, lit.triangles):
             record, self.m, self.n = flat, lit.positions.T, lit.normals.T
         else:
@@ -57,9 +59,13 @@ class Surface:
         turned = (self.over >= 0) & (flat[self.over] == flat)
         self.turned = turned if turned.any() else None
 
-    def arriving(self, _points):
-        """Unit direction (3,1) of the light at points (3,n)."""
-        return np.array([[0.0], [0.0], [-1.0]])
+    def arriving(self, points):
+        """Unit direction (3,n) or (3,1) of the light at points (3,n)."""
+        return -(self._frame @ self._source.incident(self._frame.T @ points)[0])
+
+    def met(self, points):
+        """What points (3,n) meet, (n,) or 1, of the light's power; see `sources`."""
+        return self._source.incident(self._frame.T @ points)[2]
 
     def g(self, record, px, py):
         """g (n,) at records for receiver points (px, py)."""

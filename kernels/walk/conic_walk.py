@@ -37,13 +37,14 @@ def solve(scene, texels, settings):
     check_texels(scene, texels)
     own = first_root.LEFT_OUT if settings.first_root else []
     work = Diagnostics("conic_walk", _REASONS[settings.first_root], left_out=[*own, *_LEFT_OUT])
+    known = [light for light in scene.lights if isinstance(light, Sun) or not settings.first_root]
     work.left_out += [
-        f"lamp '{light.name}': the walk knows suns only" for light in scene.lights if not isinstance(light, Sun)
+        f"lamp '{light.name}': the walk knows suns only" for light in scene.lights if all(light is not k for k in known)
     ]
     clock = _Clock(work.seconds)
     objects = Tracer(*soup((*scene.receivers, *scene.occluders)))
-    lights = [(light, LightPaths(scene, light, objects)) for light in scene.lights if isinstance(light, Sun)]
-    work.flux_in = sum((paths.lit.area.sum() * light.irradiance for light, paths in lights), np.zeros(3))
+    lights = [LightPaths(scene, light, objects) for light in known]
+    work.flux_in = sum((paths.lit.light() * paths.lit.source.power for paths in lights), np.zeros(3))
     clock.lap("prepare")
     if settings.first_root:
         irradiance, status = first_root.solve(texels, lights, work, clock)
@@ -62,7 +63,7 @@ def _means(scene, texels, lights, objects, settings, work):
     status = np.where(means.seen, Status.LIT, np.where(means.some, Status.BLOCKED, Status.NO_WATER)).astype(np.uint8)
     dark = np.flatnonzero(~means.some)
     positions = np.concatenate([np.zeros((0, 3)), *(t.positions for t in texels)])[dark]
-    for _, paths in lights:
+    for paths in lights:
         status[dark[paths.first_water(positions) >= 0]] = Status.DARK
     status[means.missing] = Status.INCOMPLETE
     return irradiance, status

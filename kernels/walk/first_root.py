@@ -18,19 +18,19 @@ LEFT_OUT = [
 
 
 def solve(texels, lights, work, clock):
-    """Irradiance (K,3) of `lights`, pairs of a light and its LightPaths, at the centres of Texels, and status (K,)."""
+    """Irradiance (K,3) of suns, by their LightPaths `lights`, at the centres of Texels, and status (K,)."""
     points = np.concatenate([np.zeros((0, 3)), *(t.positions for t in texels)])
     normals = np.concatenate([np.zeros((0, 3)), *(t.normals for t in texels)])
     irradiance, status = np.zeros((len(points), 3)), np.full(len(points), Status.NO_WATER, np.uint8)
-    for light, paths in lights:
-        watts, code = _roots(paths, light, points, normals, work, clock)
+    for paths in lights:
+        watts, code = _roots(paths, points, normals, work, clock)
         irradiance += watts
         status = np.where((code == Status.LIT) | (status == Status.NO_WATER), code, status)
     return irradiance, status
 
 
-def _roots(paths, light, points, normals, work, clock):
-    """Irradiance (K,3) of a light by its LightPaths at points (K,3) with normals (K,3), and status (K,)."""
+def _roots(paths, points, normals, work, clock):
+    """Irradiance (K,3) of a sun by its LightPaths at points (K,3) with normals (K,3), and status (K,)."""
     first = paths.first_water(points)
     clock.lap("straight rays")
     walk = Walk(paths.surface, paths.lit.frame @ points.T, first, paths.eta).run()
@@ -39,7 +39,7 @@ def _roots(paths, light, points, normals, work, clock):
     found = np.flatnonzero(walk.status == Status.LIT)
     path = walk.triangle[found], walk.weights[found]
     watts = np.zeros((len(points), 3))
-    watts[found] = paths.irradiance(light, *paths.factors(*path, points[found], normals[found]))
+    watts[found] = paths.irradiance(*paths.factors(*path, points[found], normals[found]))
     on_fold = np.flatnonzero(~np.isfinite(watts).all(1))
     watts[on_fold], walk.status[on_fold] = 0, Status.LOST
     clock.lap("irradiance")

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from ..lit_water import light_water
+from ..optics import sun_frame
 from ..rays import Tracer
 from .all_roots import Roots, find_roots
 from .candidates import Grid
@@ -35,7 +36,7 @@ class LightPaths:
     """The paths of one light of a Scene; objects: a Tracer of all that blocks it."""
 
     def __init__(self, scene, light, objects):
-        self.lit = light_water(scene.water, light)
+        self.lit = _upright(light_water(scene.water, light))
         self.surface = Surface(self.lit, scene.water.twins)
         self.eta, self._sigma_a, self._objects = scene.eta, np.asarray(scene.sigma_a), objects
         self.triangles = np.flatnonzero(self.lit.area)
@@ -58,7 +59,7 @@ class LightPaths:
     def first_water(self, points):
         """Triangle (n,) of the water that the straight ray from points (n,3) to the light meets first, -1 for none."""
         water = Tracer(self.lit.positions @ self.lit.frame, self.lit.triangles)
-        return water.first(points, np.broadcast_to(self.lit.frame[2], points.shape))
+        return water.first(points, self._towards(points)[0])
 
     @cached_property
     def _rays(self):
@@ -69,13 +70,13 @@ class LightPaths:
         frame = self.lit.frame
         return path_irradiance(self.surface, triangle, weights, frame @ points.T, frame @ normals.T, self.eta)
 
-    def irradiance(self, light, passed, density, length):
-        """Irradiance (n,3) [W/m^2] that paths with these factors bring of a light."""
-        return np.abs(density)[:, None] * self.arriving(light, passed, length)
+    def irradiance(self, passed, density, length):
+        """Irradiance (n,3) [W/m^2] that paths with these factors bring."""
+        return np.abs(density)[:, None] * self.arriving(passed, length)
 
-    def arriving(self, light, passed, length):
-        """Watts (n,3) of a light that arrive of each m^2 across it, after absorption along the paths."""
-        watts = passed[:, None] * light.irradiance
+    def arriving(self, passed, length):
+        """Watts (n,3) that arrive of each m^2 across the light, after absorption along the paths."""
+        watts = passed[:, None] * self.lit.source.power
         return watts * np.exp(-length[:, None] * self._sigma_a) if self._sigma_a.any() else watts
 
     def hidden(self, triangle, weights, points):
@@ -89,7 +90,12 @@ class LightPaths:
     def shadowed(self, triangle, weights):
         """Whether (n,) an object stands between the light and M."""
         m = self._world(triangle, weights)
-        return self._objects.blocked(m, np.broadcast_to(self.lit.frame[2], m.shape))
+        return self._objects.blocked(m, *self._towards(m))
+
+    def _towards(self, points):
+        """Unit directions (n,3) from points (n,3) to the light, and distances to it."""
+        towards, distance, _ = self.lit.source.incident(points.T)
+        return np.broadcast_to(towards.T, points.shape), distance
 
     def grid(self, points):
         """The `candidates.Grid` of points (n,3)."""
@@ -106,3 +112,15 @@ class LightPaths:
         roots = find_roots(self.surface, grid, self.triangles, p, self.eta, thorough)
         factors = self.factors(roots.triangle, roots.weights, points[roots.point], normals[roots.point])
         return roots, factors, missing(self.surface, grid, self._whole, roots, np.sign(factors[1]), len(points))
+
+
+def _upright(lit):
+    """A LitWater, if of a lamp in a frame whose z is the mean normal of what it lights; under a sun z points to it."""
+    if not lit.source.varies:
+        return lit
+    normal = (lit.normals[lit.normal_triangles].mean(1) * lit.area[:, None]).sum(0)
+    length = np.linalg.norm(normal)
+    if length == 0:
+        return lit
+    frame = sun_frame(-normal / length)
+    return replace(lit, positions=lit.positions @ frame.T, normals=lit.normals @ frame.T, frame=frame)

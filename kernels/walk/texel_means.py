@@ -24,9 +24,9 @@ _POINTS = 1 << 19  # sub-points at once, or as many as there are triangles: boun
 
 
 class Means:
-    """Means over the Texels of a Scene's receivers of the light of `lights`, pairs of a light and its LightPaths;
-    objects: a Tracer over all that blocks light, receivers first; paths: a dict that counts them.
+    """Means over the Texels of a Scene's receivers, of the light that LightPaths `lights` bring.
 
+    objects: a Tracer over all that blocks light, receivers first; paths: a dict that counts them.
     After `solve`: some, seen, missing (K,) bool, of texels that paths lead to, in sight or not, and that miss some.
     """
 
@@ -39,7 +39,7 @@ class Means:
         self._home = np.array([t.home for t in texels]).reshape(len(texels), -1)
         self._home = np.where(self._home >= 0, self._home + base, -1)
         self._area = np.concatenate([np.zeros(0), *(t.area for t in texels)])
-        self._lights = [(light, paths, self._focusing(paths)) for light, paths in lights]
+        self._lights = [(paths, self._focusing(paths)) for paths in lights]
         self.some, self.seen, self.missing = (np.zeros(len(self._area), bool) for _ in range(3))
 
     def solve(self, tolerance, seed):
@@ -86,14 +86,14 @@ class Means:
         flux = np.zeros((len(strata), 3))
         covered = self._area[strata > 0].sum()
         density = (strata**2.0).sum() / max(covered, np.finfo(float).tiny)  # of sub-points
-        for light, paths, sends in self._lights:
+        for paths, sends in self._lights:
             photons = np.ceil(np.sqrt(_PHOTONS * density * paths.lit.area[sends])) ** 2
             each = np.zeros(len(sends))
             each[sends] = photons / paths.lit.area[sends]
-            self._throw(light, paths, np.flatnonzero(sends), photons, each, strata, flux, rng)
+            self._throw(paths, np.flatnonzero(sends), photons, each, strata, flux, rng)
             for k, (_, part) in enumerate(self._each()):
                 for sub in self._blocks(k, strata[part], len(sends), rng):
-                    self._search(light, paths, sub, each, part, flux)
+                    self._search(paths, sub, each, part, flux)
         return flux / self._area[:, None]
 
     def _focusing(self, paths):
@@ -115,21 +115,21 @@ class Means:
             if block.any():
                 yield self._parts[k].draw(block, rng)
 
-    def _search(self, light, paths, sub, each, part, flux):
+    def _search(self, paths, sub, each, part, flux):
         """Add to flux (K,3) what the paths to SubPoints bring, besides `each` (T,) photons an m^2 across the light."""
         found = paths.to(sub.points, sub.normals)
         own = part.start + sub.texel
         texel = own[found.point]
         share = _balanced(sub.area[found.point], found.density, each[found.triangle])
         share *= sub.scale[found.point] * found.visible
-        _add(flux, texel, share, paths.arriving(light, found.passed, found.length))
+        _add(flux, texel, share, paths.arriving(found.passed, found.length))
         self.some[texel] = True
         self.seen[texel[found.visible]] = True
         self.missing[own[found.missing]] = True
         for name, number in (("found", len(texel)), ("blocked", np.count_nonzero(~found.visible))):
             self._paths[name] = self._paths.get(name, 0) + number
 
-    def _throw(self, light, paths, triangles, photons, each, strata, flux, rng):
+    def _throw(self, paths, triangles, photons, each, strata, flux, rng):
         """Add to flux (K,3) what photons (m,) from triangles (m,) bring, `each` (T,) an m^2 across the light."""
         for own, weights, m, direction in throw(paths, triangles, photons, rng):
             self._paths["photons"] = self._paths.get("photons", 0) + len(own)
@@ -140,7 +140,7 @@ class Means:
             own, weights, area = own[at], weights[at], area[kept] / strata[texel] ** 2
             passed, density, length = paths.factors(own, weights, points[kept], normals[kept])
             share = _balanced(area, np.abs(density), each[own]) * ~paths.shadowed(own, weights)
-            _add(flux, texel, share, paths.arriving(light, passed, length))
+            _add(flux, texel, share, paths.arriving(passed, length))
             self.some[texel] = True
             self.seen[texel[share > 0]] = True
 
