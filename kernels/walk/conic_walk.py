@@ -38,9 +38,8 @@ def solve(scene, texels, settings):
     own = first_root.LEFT_OUT if settings.first_root else []
     work = Diagnostics("conic_walk", _REASONS[settings.first_root], left_out=[*own, *_LEFT_OUT])
     known = [light for light in scene.lights if isinstance(light, Sun) or not settings.first_root]
-    work.left_out += [
-        f"lamp '{light.name}': the walk knows suns only" for light in scene.lights if all(light is not k for k in known)
-    ]
+    others = [light for light in scene.lights if settings.first_root and not isinstance(light, Sun)]
+    work.left_out += [f"lamp '{light.name}': the walk knows suns only" for light in others]
     clock = _Clock(work.seconds)
     objects = Tracer(*soup((*scene.receivers, *scene.occluders)))
     lights = [LightPaths(scene, light, objects) for light in known]
