@@ -42,7 +42,8 @@ class DappleSettings(bpy.types.PropertyGroup):
 
     water: PointerProperty(
         name="Water",
-        description="The animated mesh that bends the sunlight. Its material gives the index of refraction",
+        description="The animated mesh that bends the light. Its material gives the index of refraction, "
+        "its volume what is absorbed",
         type=bpy.types.Object,
         poll=_is_mesh,
     )

@@ -19,8 +19,8 @@ from .record import Record, frame_entry, summary
 from .write import check_folder, folder_name, map_path, write_exr
 
 _NO_LIGHT = (
-    "No light from the water reaches receiver '{}'; check that the water lies between the sun and it, "
-    "or that it stands where the water mirrors the sun."
+    "No light from the water reaches receiver '{}'; check that the water lies between the lamps and it, "
+    "or that it stands where the water mirrors them."
 )
 LEAST_RESOLUTION, MOST_RESOLUTION = 16, 16384
 

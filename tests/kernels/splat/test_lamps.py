@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from waves import five_sines, flat, floor, mesh_water, quad, transmitted, water
 
+from dapple.kernels.lit_water import light_water, may_be_shadowed
 from dapple.kernels.maps.texels import rasterise
+from dapple.kernels.rays import Tracer
 from dapple.kernels.scene import Occluder, Point, Scene, Settings, Spot
 from dapple.kernels.splat.photon_splat import solve
 
@@ -168,3 +170,43 @@ def test_lamps_and_colours_add():
     parts = [bake(Scene(scene.water, scene.receivers, (), (one,))).images[0] for one in both]
     np.testing.assert_allclose(bake(whole).images[0], parts[0] + parts[1], atol=1e-12)
     assert not parts[0][..., 1:].any()
+
+
+def test_a_wall_above_still_water_sees_the_lamp_mirrored_in_it():
+    """E = I (1 - T) cos / R^2 from the mirror image, below the surface as far as the lamp is above it."""
+    wall = quad("Wall", [[1.5, -1, 1.6], [1.5, 1, 1.6], [1.5, 1, 2.6], [1.5, -1, 2.6]])
+    answer = bake(under(lamp((0.2, 0.1, 3.0)), quads=64, receivers=[wall]))
+    image = answer.images[0][..., 0]
+    y, z = np.meshgrid(np.linspace(-1, 1, 129)[1::2], np.linspace(1.6, 2.6, 129)[1::2])
+    way = np.stack([np.full_like(y, 1.3), y - 0.1, z])  # from (0.2, 0.1, 0), the image of the lamp in z = 1.5
+    distance = np.linalg.norm(way, axis=0)
+    expected = (1 - np.vectorize(transmitted)(way[2] / distance)) * way[0] / distance**3
+    assert image.mean() == pytest.approx(expected.mean(), rel=1e-3)
+    error = ((image - expected) ** 2).mean() / expected.mean() ** 2
+    assert error < min(1e-3, answer.diagnostics.estimated_error)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_no_shadow_of_a_lamp_is_missed(seed):
+    """A ball of triangles near the lamp, one that reaches behind it too: water that it hides must be marked."""
+    rng = np.random.default_rng(seed)
+    light = lamp((0.4, -0.3, 2.6))
+    centre = light.position + np.array([0.2, 0.1, -0.5 * rng.random()])
+    positions = centre + rng.normal(size=(60, 3)) * 0.15
+    triangles = rng.integers(0, 60, (60, 3))
+    w = water(five_sines, 48)
+    lit = light_water(w, light)
+    marked = may_be_shadowed(lit, positions, triangles)
+    weights = rng.dirichlet([1, 1, 1], (len(w.triangles), 4))
+    points = np.einsum("tsk,tkx->tsx", weights, w.positions[w.triangles]).reshape(-1, 3)
+    towards, distance, _ = lit.source.incident(points.T)
+    blocked = Tracer(positions, triangles).blocked(points, towards.T, distance).reshape(-1, 4).any(1)
+    assert blocked.sum() > 20
+    assert not (blocked & ~marked).any()
+
+
+def test_a_lamp_below_all_objects_is_shadowed_by_none():
+    lit = light_water(water(five_sines, 24), lamp((0.0, 0.0, 2.0)))
+    ceiling, bed = floor(side=9.0, z=3.0), floor(side=9.0)
+    for solid in (ceiling, bed):
+        assert not may_be_shadowed(lit, solid.positions, solid.triangles).any()
