@@ -88,12 +88,12 @@ def same_mesh():
     for pond in ponds():
         yield Case(pond, meshes.exact, of_mesh, fine, "regular", "exact coverage")
     yield Case(pool(), partial(meshes.exact, quads=512), of_mesh, fine, "regular", "exact coverage")
-    points, first, every = (
-        Settings("photon_splat", points=True, surface="mesh"),
-        Settings("conic_walk", first_root=True, surface="mesh"),
-        Settings("conic_walk", surface="mesh"),
-    )
-    for method, settings in (("points", points), ("first root", first), ("all roots", every)):
+    others = [
+        ("points", Settings("photon_splat", points=True, surface="mesh")),
+        ("first root", Settings("conic_walk", first_root=True, surface="mesh")),
+        *(("all roots", Settings("conic_walk", tolerance, surface="mesh")) for tolerance in (1e-1, 1e-2)),
+    ]
+    for method, settings in others:
         yield Case(pool(), meshes.exact, of_mesh, settings, "regular", method)
 
 

@@ -21,7 +21,7 @@ _REPEATS = 3
 _LONGEST = 1024  # the walk's map: it takes the time of all the other runs beyond
 METHODS = {
     "exact coverage": Settings("photon_splat", surface="mesh"),
-    "all roots": Settings("conic_walk", surface="mesh"),
+    "all roots": Settings("conic_walk", tolerance=0.1, surface="mesh"),
     "first root": Settings("conic_walk", first_root=True, surface="mesh"),
 }
 STEP_HEAD = "triangles", "points", "ns per triangle step", "steps [M]"
