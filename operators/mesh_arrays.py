@@ -58,11 +58,11 @@ def read_geometry(mesh, matrix):
 def read_normals(mesh, matrix, arrays):
     """(normals (N,3) float64 unit, normal_triangles (T,3)) as the mesh is shaded: per vertex, face or corner.
 
-    Smooth meshes get `arrays.triangles` itself as their normal_triangles.
+    Smooth meshes get `arrays.triangles` itself as their normal_triangles, unless their normals are set by hand.
     """
-    if mesh.normals_domain == "POINT":
+    if mesh.normals_domain == "POINT" and not mesh.has_custom_normals:
         source, index = mesh.vertex_normals, arrays.triangles
-    elif mesh.normals_domain == "FACE":
+    elif mesh.normals_domain == "FACE" and not mesh.has_custom_normals:
         polygon = np.empty(len(arrays.triangles), dtype=np.int32)
         mesh.loop_triangle_polygons.foreach_get("value", polygon)
         source, index = mesh.polygon_normals, np.repeat(polygon, 3).reshape(-1, 3)
