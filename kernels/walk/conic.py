@@ -33,7 +33,8 @@ class Surface:
     m (3,R) positions and n (3,R) normals of the records, which are the vertices under smooth shading and the corners of
     the triangles otherwise. Per half-edge (3T,): tail, head, tip, the records of its two ends and of the corner across;
     after, before, the triangle's other half-edges; k of its edge; over, its twin; turned, bool or None, the twin runs
-    the same way. area (T,) as of LitWater; lamp, the position (3,) of a light that is near, or None.
+    the same way. smooth: both sides of an edge share their records; area (T,) as of LitWater; lamp, the position (3,)
+    of a light that is near, or None.
     """
 
     def __init__(self, lit, twins):
@@ -41,9 +42,9 @@ class Surface:
         self._frame, self._source, self.area = lit.frame, lit.source, lit.area
         self.lamp = lit.frame @ lit.source.position if lit.source.varies else None
         if lit.normal_triangles is lit.triangles or np.array_equal(lit.normal_triangles, lit.triangles):
-            record, self.m, self.n = flat, lit.positions.T, lit.normals.T
+            record, self.m, self.n, self.smooth = flat, lit.positions.T, lit.normals.T, True
         else:
-            record = np.arange(len(flat))
+            record, self.smooth = np.arange(len(flat)), False
             self.m, self.n = lit.positions[flat].T, lit.normals[lit.normal_triangles.ravel()].T
         self.m, self.n = np.ascontiguousarray(self.m), np.ascontiguousarray(self.n)
         corner = record.reshape(-1, 3).astype(np.int64)
@@ -71,6 +72,10 @@ class Surface:
         """g (n,) at records for receiver points (px, py)."""
         nx, ny = np.take(self.n[0], record), np.take(self.n[1], record)
         return nx * (np.take(self.m[1], record) - py) - ny * (np.take(self.m[0], record) - px)
+
+    def g_at_ends(self, half_edge, p):
+        """g (2,n) at the tail and the head of half-edges (n,) for receiver points p (3,n)."""
+        return np.stack([self.g(np.take(r, half_edge), p[0], p[1]) for r in (self.tail, self.head)])
 
     def g_at_corners(self, triangle, px, py):
         """g (n,3) at the corners of triangles (n,)."""

@@ -16,26 +16,28 @@ from .conic import (
 )
 
 
-def step(surface, entry, s, p):
-    """Exit of the curve from triangles entered through half-edges `entry` (n,) at share s (n,), for p (3,n).
+def step(surface, entry, s, p, ends):
+    """Exit of the curve from triangles entered through half-edges `entry` (n,) at share s (n,), for p (3,n); ends (2,n)
+    is g at the tail and the head of the entry.
 
-    Returns the exit half-edge (n,), its share (n,) and torn (n,) bool: the curve does not pass the entry here, because
-    the normals jump across it. In the common case, one crossing in and one out, the sign of g at the third corner
-    decides; triangles with more crossings are followed along the conic.
+    Returns the exit half-edge (n,), its share (n,), g at its ends (2,n) and torn (n,) bool: the curve does not pass the
+    entry here, because the normals jump across it. In the common case, one crossing in and one out, the sign of g at
+    the third corner decides; triangles with more crossings are followed along the conic.
     """
-    g_tail, g_head, g_tip = (
-        surface.g(np.take(r, entry), p[0], p[1]) for r in (surface.tail, surface.head, surface.tip)
-    )
+    g_tail, g_head = ends
+    g_tip = surface.g(np.take(surface.tip, entry), p[0], p[1])
     after, before = np.take(surface.after, entry), np.take(surface.before, entry)
     ahead = (g_tip < 0) == (g_tail < 0)  # the sign changes between head and tip, else between tip and tail
     leave, pass_by = np.where(ahead, after, before), np.where(ahead, before, after)
-    share = edge_root(np.where(ahead, g_head, g_tip), np.where(ahead, g_tip, g_tail), np.take(surface.k, leave))
+    ends = np.stack([np.where(ahead, g_head, g_tip), np.where(ahead, g_tip, g_tail)])
+    share = edge_root(*ends, np.take(surface.k, leave))
     twice = has_double_root(np.where(ahead, g_tip, g_head), np.where(ahead, g_tail, g_tip), np.take(surface.k, pass_by))
     special = np.flatnonzero(twice | ((g_tail < 0) == (g_head < 0)))
     torn = np.zeros(len(entry), bool)
     if len(special):
         leave[special], share[special], torn[special] = _step_along(surface, entry[special], s[special], p[:, special])
-    return leave, share, torn
+        ends[:, special] = surface.g_at_ends(leave[special], p[:, special])
+    return leave, share, ends, torn
 
 
 def _step_along(surface, entry, s, p):

@@ -75,10 +75,11 @@ class Walk:
         (edge, share), (stop, _) = exits
         begun = np.zeros(len(ids), np.int64)
         edge, stop = 3 * start.triangle + edge, 3 * start.triangle + stop
-        state = _Walkers(ids, edge, share, stop, f, start.p, begun)
+        ends = self.surface.g_at_ends(edge, start.p)
+        state = _Walkers(ids, edge, share, stop, f, start.p, begun, ends)
         arcs = _Arcs(state, start.triangle, *start.fan(), start.weights, end)
         open_ = ~(start.upright | start.closed)
-        return self._cross(state.take(np.flatnonzero(open_ & (f >= 0)))), arcs.take(np.flatnonzero(open_ & (f < 0)))
+        return self._cross(state, open_ & (f >= 0)), arcs.take(np.flatnonzero(open_ & (f < 0)))
 
     def _close(self, ids, triangle, weights):
         """Roots on curves that stay inside their first triangle."""
@@ -91,10 +92,10 @@ class Walk:
         """One step of all walkers: those that go on, and the arcs on which f changed sign."""
         self.steps += len(walkers.id)
         w = walkers
-        leave, share, torn = step(self.surface, w.edge, w.share, w.p)
+        leave, share, ends, torn = step(self.surface, w.edge, w.share, w.p, w.ends)
         m, n = self.surface.between(np.take(self.surface.tail, leave), np.take(self.surface.head, leave), share)
         f = objective(m, n, w.p, self.eta, self._sense)
-        after = _Walkers(w.id, leave, share, w.stop, f, w.p, w.steps + 1)
+        after = _Walkers(w.id, leave, share, w.stop, f, w.p, w.steps + 1, ends)
         lost = after.steps > self._limit
         self.status[w.id[lost]] = Status.LOST
         self.status[w.id[torn]] = Status.TORN
@@ -106,20 +107,23 @@ class Walk:
         ends = weights_on_edge(edge_in, w.share[at]), weights_on_edge(edge_out, share[at])
         apex, turn = fan(edge_in, ends[0], edge_out, ends[1])
         arcs = _Arcs(after.take(at), triangle, apex, turn, *ends)
-        return self._cross(after.take(np.flatnonzero(going & ~crossed))), arcs
+        return self._cross(after, going & ~crossed), arcs
 
-    def _cross(self, walkers):
-        """Step over the edge; those that leave the mesh or come back to where they began end here."""
+    def _cross(self, walkers, going):
+        """Those that are `going` (n,), over their edge; who leaves the mesh or comes back to the start ends here."""
         over = np.take(self.surface.over, walkers.edge)
-        rim, round_ = over < 0, over == walkers.stop
+        rim, round_ = going & (over < 0), going & (over == walkers.stop)
         self.status[walkers.id[rim]] = Status.OFF_THE_RIM
         self.status[walkers.id[round_]] = Status.NO_ROOT
-        if self.surface.turned is None:
-            share = 1 - walkers.share
-        else:
-            share = np.where(np.take(self.surface.turned, walkers.edge), walkers.share, 1 - walkers.share)
-        walkers.edge, walkers.share = over, share
-        return walkers.take(np.flatnonzero(~(rim | round_)))
+        share, ends = 1 - walkers.share, walkers.ends[::-1]
+        if self.surface.turned is not None:
+            turned = np.take(self.surface.turned, walkers.edge)
+            share, ends = np.where(turned, walkers.share, share), np.where(turned, walkers.ends, ends)
+        walkers.edge, walkers.share, walkers.ends = over, share, ends
+        walkers = walkers.take(np.flatnonzero(going & ~(rim | round_)))
+        if not self.surface.smooth:
+            walkers.ends = self.surface.g_at_ends(walkers.edge, walkers.p)
+        return walkers
 
     def _solve(self, arcs):
         """Finish the arcs whose root is light; return the walkers of the others, past their arcs."""
@@ -129,7 +133,7 @@ class Walk:
         m, n = self.surface.at(brackets.triangle, weights)
         good = (weights.min(1) > -1e-6) & is_path(m, n, beyond.p, self.eta)
         self._finish(beyond.id, good, brackets.triangle, weights)
-        return self._cross(beyond.take(np.flatnonzero(~good)))
+        return self._cross(beyond, ~good)
 
     def _finish(self, ids, found, triangle, weights):
         ids = ids[found]
@@ -139,18 +143,18 @@ class Walk:
 
 class _Walkers:
     """Structure of arrays of walkers on a half-edge: id, edge and share where they are, stop (the half-edge that would
-    close their curve), f there, p (3,n), steps."""
+    close their curve), f there, p (3,n), steps, and ends (2,n), g at the ends of the edge."""
 
     def __init__(self, *arrays):
-        self.id, self.edge, self.share, self.stop, self.f, self.p, self.steps = arrays
+        self.id, self.edge, self.share, self.stop, self.f, self.p, self.steps, self.ends = arrays
 
     def arrays(self):
-        return self.id, self.edge, self.share, self.stop, self.f, self.p, self.steps
+        return self.id, self.edge, self.share, self.stop, self.f, self.p, self.steps, self.ends
 
     @classmethod
     def none(cls):
         z, i = np.zeros(0), np.zeros(0, np.int64)
-        return cls(i, i, z, i, z, np.zeros((3, 0)), i)
+        return cls(i, i, z, i, z, np.zeros((3, 0)), i, np.zeros((2, 0)))
 
     def take(self, index):
         return _Walkers(*(np.take(a, index, axis=-1) for a in self.arrays()))
