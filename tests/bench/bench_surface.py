@@ -2,7 +2,7 @@
 
 Run as `.venv/bin/python tests/bench/bench_surface.py [QUADS]`; it pins itself to one core, prints the table as it goes
 and writes it to docs/surface_tables.md. The references are beams from two million triangles with exact normals. Times
-are CPU seconds of this process, warm, the least of REPEATS.
+are CPU seconds of this process, warm, of one run.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from bench_stages import ROOT, Table, load_dapple, machine
 
-REPEATS = 3
+REPEATS = 1
 RESOLUTION, SIDE, LEVEL, REFERENCE = 512, 4.8, 1.5, 1024
-TOLERANCES = (5e-2, 1e-2, 1e-3)
+TOLERANCES = (5e-2, 1e-2)
 KINDS = (
     ("regular", 0.0), ("jittered", 0.0), ("blue noise", 0.0), ("iso-surface", 0.0), ("interpolated iso-surface", 0.0),
-    ("regular", 5e-5), ("regular", 2e-4), ("regular", 1e-3), ("blue noise", 2e-4), ("iso-surface", 2e-4),
+    ("regular", 5e-5), ("regular", 2e-4), ("regular", 1e-3), ("blue noise", 2e-4),
 )  # fmt: skip
 COMMAND = "`.venv/bin/python tests/bench/bench_surface.py`"
 
