@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from .border import cut, straddlers
-from .lander import LOST, SHADOWED, UNLIT
+from .lander import DARK, LOST, UNLIT
 from .mesh_nodes import MeshNodes
 
 _SIGHT = 1.0  # texels: larger parts are split where something may hide between rays, though all six agree
@@ -68,7 +68,7 @@ class _Work:
         self.lander, self.sheet = lander, sheet
         self.texel_area, self.finest = np.asarray(texel_area), np.min(texel_area)
         self.rows = lander.rows
-        causes = (*LOST.values(), "reflected", *(("absorbed",) if self.rows.absorbing else ()))
+        causes = (*LOST.values(), *self.rows.causes())
         self.lost = {cause: np.zeros(sheet.channels) for cause in causes}
         self.met, self.error, self.tolerance = 0.0, 0.0, tolerance
 
@@ -183,9 +183,11 @@ class _Work:
         for code, cause in LOST.items():
             of_it = np.flatnonzero(chart == code)
             if len(of_it):
-                self.lost[cause] += (met if code == SHADOWED else passed)[of_it].sum()
-        lit = chart != SHADOWED
-        self.lost["reflected"] += met[lit].sum() - passed[lit].sum()
+                self.lost[cause] += (met if code in DARK else passed)[of_it].sum()
+        lit, entered = ~np.isin(chart, DARK), self.rows.entered(carried)
+        self.lost["reflected"] += met[lit].sum() - entered[lit].sum()
+        if self.rows.again:
+            self.lost["second_meeting"] += entered[lit].sum() - passed[lit].sum()
         if self.rows.absorbing:
             landed = chart >= 0
             self.lost["absorbed"] += passed[landed].sum() - flux[:, landed].sum(1)

@@ -13,11 +13,19 @@ import numpy as np
 from ..optics import dot
 from ..rays import MISS
 from .carried import Rows
+from .meetings import HISTORIES, once
 from .photons import bend, bounce
 from .silhouettes import lines
 
-MISSED, OCCLUDED, SHADOWED, UNLIT = -1, -2, -3, -4
-LOST = {MISSED: "missed", OCCLUDED: "occluded", SHADOWED: "shadowed"}
+MISSED, OCCLUDED, SHADOWED, UNLIT, SHADED, TRAPPED = -1, -2, -3, -4, -5, -6
+LOST = {
+    MISSED: "missed",
+    OCCLUDED: "occluded",
+    SHADOWED: "shadowed",
+    SHADED: "shadowed_by_water",
+    TRAPPED: "trapped",
+}
+DARK = SHADOWED, SHADED  # no light comes to the water
 _SPREAD = 16.0  # area on the receiver per area of the beam, at most: light along a wall has no limit
 
 
@@ -59,15 +67,17 @@ class Lander:
 
     certain = False
 
-    def __init__(self, receivers, texels, tracer, outlines, source, eta, sigma_a, mirrored=False):
+    def __init__(self, receivers, texels, tracer, outlines, meetings, source, eta, sigma_a, mirrored=False):
         maps = [texel_maps(r, t.resolution) for r, t in zip(receivers, texels, strict=True)]
         self._maps = np.ascontiguousarray(np.concatenate([np.zeros((0, 3, 4)), *maps]).reshape(-1, 12).T)
         counts = [t.chart.max(initial=-1) + 1 for t in texels]
         bases = np.cumsum([0, *counts])
         self._charts = np.concatenate([np.zeros(0, np.int64), *(t.chart + b for t, b in zip(texels, bases))])
-        self.image = np.repeat(np.arange(len(texels)), counts)
+        self._count = bases[-1]
+        self.image = np.tile(np.repeat(np.arange(len(texels)), counts), 1 if meetings is None else HISTORIES)
         self._tracer, self._outlines, self._source, self._eta = tracer, outlines, source, eta
-        self.rows = Rows(sigma_a, source, clear=mirrored)
+        self.rows = Rows(sigma_a, source, again=meetings is not None)
+        self._meetings, self._enters, self.again = meetings, not mirrored, 0
         self._turn, self._keep = (bounce, 1.0) if mirrored else (bend, 1 / eta)
         self._side = max((t.resolution for t in texels), default=0)
 
@@ -90,7 +100,13 @@ class Lander:
         """Nodes of points m (3,k) with normals n (3,k), in the world; shadowed (k,) bool: look for a shadow there."""
         towards, distance, met = self._source.incident(m)
         direction, share = self._rays(n, towards)
-        hit = self._tracer.first(m.T, direction.T)
+        if self._meetings is None:
+            rays = once(m, direction, self._enters)
+        else:
+            rays = self._meetings.follow(m, direction, self._enters)
+            self.again += np.count_nonzero(rays.history)
+        start, direction = rays.origin, rays.direction
+        hit = self._tracer.first(start.T, direction.T)
         on_receiver = (hit != MISS) & (hit < len(self._charts))
         chart = np.where(hit == MISS, MISSED, OCCLUDED)
         triangle = np.where(on_receiver, hit, 0)
@@ -99,14 +115,17 @@ class Lander:
         if len(self._charts):
             with np.errstate(divide="ignore", invalid="ignore"):  # a surface exactly along the ray, or none
                 fall = self._along(0, triangle, direction, 0)
-                tau = -self._along(0, triangle, m, 1) / fall
-                point = m + tau * direction
+                tau = -self._along(0, triangle, start, 1) / fall
+                point = start + tau * direction
                 x, y = self._along(1, triangle, point, 1), self._along(2, triangle, point, 1)
             on_receiver &= np.isfinite(x) & np.isfinite(y)
             x, y = np.clip(x, 0, self._side), np.clip(y, 0, self._side)
-            chart = np.where(on_receiver, np.take(self._charts, triangle), chart)
+            chart = np.where(on_receiver, np.take(self._charts, triangle) + rays.history * self._count, chart)
             spread = np.where(on_receiver, 1 / np.maximum(np.abs(fall), 1 / _SPREAD), 1.0)
-        carried = self.rows.of(met, share, tau, on_receiver)
+        carried = self.rows.of(met, share, rays.wet + tau * rays.inside, on_receiver, rays.share)
+        if self._meetings is not None:
+            chart[rays.trapped] = TRAPPED
+            chart[self._meetings.shaded(m, towards, distance)] = SHADED
         chart[self._in_shadow(m, towards, distance, shadowed)] = SHADOWED
         if self._source.varies:
             spread *= self._source.growth(distance, np.where(on_receiver, tau, 0.0) * self._keep)

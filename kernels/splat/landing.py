@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .lander import LOST, SHADOWED
+from .lander import DARK, LOST
 from .photons import Forms, bend
 
 _PENDING = 1 << 19  # photons between two bincounts: their bins are larger than the cache
@@ -58,7 +58,7 @@ class Rays:
         self._lander, self._shadowed, self._resolution = lander, shadowed, resolution
         self._causes = {code: receivers * resolution**2 + k for k, code in enumerate(LOST)}
         self._rows = lander.rows
-        lost = (*LOST.values(), "reflected", *(("absorbed",) if self._rows.absorbing else ()))
+        lost = (*LOST.values(), *self._rows.causes())
         self._bins = Bins(receivers * resolution**2, lost, self._rows.count)
         self._forms = Forms(lit, lit.frame.T, lit.frame.T)  # positions and normals back in the world
 
@@ -77,10 +77,13 @@ class Rays:
     def _book(self, cell, chart, area, carried):
         """Leave what photons of area (n,) carry in the bins cell (n,)."""
         flux = area * carried
-        met, passed, landed = self._rows.met(flux, area), self._rows.passed(flux), chart >= 0
-        kept = np.where(landed, self._rows.arriving(flux), np.where(chart == SHADOWED, met, passed))
+        met, entered, passed = self._rows.met(flux, area), self._rows.entered(flux), self._rows.passed(flux)
+        landed, lit = chart >= 0, ~np.isin(chart, DARK)
+        kept = np.where(landed, self._rows.arriving(flux), np.where(lit, passed, met))
         self._bins.add(cell, kept)
-        self._bins.add_lost("reflected", (met - passed)[chart != SHADOWED].sum())
+        self._bins.add_lost("reflected", (met - entered)[lit].sum())
+        if self._rows.again:
+            self._bins.add_lost("second_meeting", (entered - passed)[lit].sum())
         if self._rows.absorbing:
             self._bins.add_lost("absorbed", (passed - kept)[:, landed].sum(1))
         self._bins.met += met.sum()

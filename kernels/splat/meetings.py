@@ -9,6 +9,7 @@ light is reflected, by reflection. The weaker part is not followed.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -21,14 +22,15 @@ from ..rays import MISS, Tracer
 _MOST = 4  # meetings after the first that are followed
 _GRID = 128  # cells along each side of the plan in which sheets of water are counted
 _OVERLAP = 1e-6  # of a cell
+_STEEP = np.sqrt(3)  # slope: triangles that are steeper are looked for one by one
 
 
 @dataclass
 class Followed:
-    """Rays (k,) after their last meeting with the water: origin and direction (3,k); share (k,) of the light at the
-    first meeting that goes this way; inside (k,) bool, in the water; wet (k,) [m], the way in it up to there; history
-    (k,), 0 for rays that meet it once, else a number below HISTORIES that tells how they went on; trapped (k,) bool,
-    for rays that meet it more often than is followed."""
+    """Rays after their last meeting with the water: origin and direction (3,k); and, (k,) or one for all, share of the
+    light at the first meeting that goes this way; inside, in the water or not; wet [m], the way in it up to there;
+    history, 0 for rays that meet it once, else a number below HISTORIES that tells how they went on; trapped, for rays
+    that meet it more often than is followed."""
 
     origin: np.ndarray
     direction: np.ndarray
@@ -42,11 +44,17 @@ class Followed:
 HISTORIES = 2 ** (_MOST + 1)
 
 
+def once(origin, direction, inside):
+    """The Followed rays that meet the water no second time."""
+    return Followed(origin, direction, 1.0, inside, 0.0, 0, False)
+
+
 class Meetings:
     """Water as rays meet it from within and from without.
 
     positions (V,3), normals (N,3) that point out of the water, triangles and normal_triangles (T,3), twins (3T,);
-    solids: a Tracer over all that ends a ray; eta.
+    solids: a Tracer over all that ends a ray; eta. slope: of the steepest triangle, inf where one does not look up;
+    steep (T,) bool: triangles that are steep or do not look up; gentle: slope of the steepest of the others.
     """
 
     def __init__(self, positions, normals, triangles, normal_triangles, twins, solids, eta):
@@ -56,12 +64,16 @@ class Meetings:
         soup = np.ascontiguousarray(positions[triangles].transpose(1, 2, 0))
         across = _cross(soup[1] - soup[0], soup[2] - soup[0])
         across *= _turn(across, normals, normal_triangles)
-        self.slope = _steepest(across)
+        squared = _squared_slopes(across)
+        self.steep = squared > _STEEP**2
+        self.slope, self.gentle = (float(np.sqrt(v.max(initial=0))) for v in (squared, squared[~self.steep]))
         self._stacked = np.isinf(self.slope) or _sheets(positions, triangles, twins) > 1 + _OVERLAP
-        edges = [np.sqrt(((soup[k] - soup[k - 1]) ** 2).sum(0)) for k in range(3)]
-        # Nearer than an edge of the mesh the water that a ray leaves cannot be told from the water that it meets.
-        self._edge = float(np.median(edges)) if len(triangles) else 0.0
-        self._tracer = None
+
+    @classmethod
+    def of(cls, lit, twins, solids, eta):
+        """The Meetings of a LitWater with its twins (3T,)."""
+        positions, normals = lit.positions @ lit.frame, lit.normals @ lit.frame
+        return cls(positions, normals, lit.triangles, lit.normal_triangles, twins, solids, eta)
 
     def possible(self, direction):
         """Whether (k,) rays that leave the water along direction (3,k) may meet it again: False is certain."""
@@ -69,21 +81,23 @@ class Meetings:
             return np.ones(direction.shape[1], bool)
         return np.abs(direction[2]) <= self.slope * np.sqrt(direction[0] ** 2 + direction[1] ** 2)
 
-    def never(self, towards):
-        """Whether no ray can meet the water again that is refracted into it from light that is `towards` (3,k) it, nor
-        be in the shadow of other water: refracted rays lie between the light's direction and the normal."""
+    def never(self, source):
+        """Whether no ray of a source, see `sources.py`, can meet the water again that is refracted into it, nor be in
+        the shadow of other water: refracted rays lie between the light's direction and the normal."""
+        towards = source.incident(self._positions.T)[0]
         flattest = min(_steepness(towards), _steepness(self._normals.T))
         return flattest > self.slope and not self._stacked
 
-    def shaded(self, m, towards):
+    def shaded(self, m, towards, distance=np.inf):
         """Whether (k,) other water stands between points m (3,k) of the water and the light, `towards` (3,k) or (3,1)
-        them."""
+        them, at `distance`, (k,) or one."""
         towards = np.broadcast_to(towards, m.shape)
         shade = np.full(m.shape[1], True) if self._stacked else self.possible(towards)
         at = np.flatnonzero(shade)
         if len(at):
             start = (m[:, at] + self._edge * towards[:, at]).T
-            shade[at] = self._water().blocked(start, towards[:, at].T)
+            distance = np.broadcast_to(distance, m.shape[1])[at] - self._edge
+            shade[at] = self._water.blocked(start, towards[:, at].T, distance)
         return shade
 
     def follow(self, m, direction, inside):
@@ -107,10 +121,15 @@ class Meetings:
             at = at[self.possible(rays.direction[:, at])]
         return rays
 
+    @cached_property
     def _water(self):
-        if self._tracer is None:
-            self._tracer = Tracer(self._positions, self._triangles)
-        return self._tracer
+        return Tracer(self._positions, self._triangles)
+
+    @cached_property
+    def _edge(self):
+        """Length of the median edge [m]: nearer, the water that a ray leaves cannot be told from what it meets."""
+        corners = self._positions[self._triangles]
+        return float(np.median(np.sqrt(((corners - corners[:, AFTER]) ** 2).sum(2))))
 
     def _next(self, rays, at):
         """Those of the rays `at` that come to the water before anything solid: which, triangle and distance.
@@ -123,7 +142,7 @@ class Meetings:
             if not len(at):
                 break
             origin, direction = rays.origin[:, at], rays.direction[:, at]
-            hit = self._water().first((origin + start * direction).T, direction.T)
+            hit = self._water.first((origin + start * direction).T, direction.T)
             met = np.flatnonzero(hit != MISS)
             at, hit, origin, direction = at[met], hit[met], origin[:, met], direction[:, met]
             corners, across, turn = self._facet(hit)
@@ -181,7 +200,10 @@ class Meetings:
 
 def _cross(a, b):
     """Cross products (3,n) of vectors (3,n)."""
-    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+    across = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    for k in range(3):
+        across[k] = a[k - 2] * b[k - 1] - a[k - 1] * b[k - 2]
+    return across
 
 
 def _turn(across, normals, normal_triangles):
@@ -196,12 +218,15 @@ def _steepness(direction):
     return (direction[2] / np.maximum(run, np.finfo(float).tiny)).min(initial=np.inf)
 
 
-def _steepest(across):
-    """Slope of the steepest triangle, by vectors across (3,T) them; inf where one does not look up."""
-    across = across[:, across.any(0)]
-    if (across[2] <= 0).any():
-        return np.inf
-    return float(np.sqrt(((across[0] ** 2 + across[1] ** 2) / across[2] ** 2).max(initial=0)))
+def _squared_slopes(across):
+    """Squared slopes (T,) of triangles, by vectors across (3,T) them: inf for those that do not look up."""
+    x, y, z = across
+    run = x * x + y * y
+    with np.errstate(divide="ignore", invalid="ignore"):
+        squared = run / (z * z)
+    squared[z <= 0] = np.inf
+    squared[(z == 0) & (run == 0)] = 0  # no triangle at all
+    return squared
 
 
 def _sheets(positions, triangles, twins):
@@ -213,7 +238,7 @@ def _sheets(positions, triangles, twins):
     if not len(rim):
         return 0.0
     plan = positions[:, :2]
-    start, end = plan[triangles.ravel()[rim]], plan[triangles[:, AFTER].ravel()[rim]]
+    start, end = plan[triangles[rim // 3, rim % 3]], plan[triangles[rim // 3, AFTER[rim % 3]]]
     low = start.min(0)
     cell = np.maximum((start.max(0) - low) / _GRID, np.finfo(float).tiny)
     v0, v1, v2 = (plan[triangles[rim // 3, k]] for k in range(3))

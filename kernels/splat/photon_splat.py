@@ -22,6 +22,7 @@ from .beams import splat
 from .disc import Disc, within_disc
 from .lander import Lander
 from .landing import Plane, Rays
+from .meetings import Meetings
 from .photons import batches
 from .plane import PlaneLander, one_plane
 from .reflection import may_reflect_onto
@@ -33,13 +34,13 @@ _DECAY = 1.45  # measured: the error of stratified photons falls as n^-1.45, ove
 _MARGIN = 1.08
 _DIRECTIONS = 32  # from which points of one half come, of a sun with a disc
 _ROUNDING = 1e-12
+_AGAIN = "second_meeting", "trapped"  # causes of loss where light meets the water again
 _MOST = 1 << 26  # photons in a half
 _REASONS = {False: "beams find every path, without noise, whatever the receiver", True: "points find every path"}
 _LEFT_OUT = [
     "what lies between the rays: objects less than half a texel wide as the light sees them count in part",
     "penumbrae of objects as wide as they are: they get the width of the water's own",
     "the size of lamps other than suns: light comes from their centre",
-    "light that meets the water twice",
 ]
 
 
@@ -63,6 +64,7 @@ def solve(scene, texels, settings):
     else:
         irradiance = _by_beams(lights, texels, settings, work)
     work.seconds["photons"] = time.perf_counter() - start
+    _tell_of_second_meetings(lights, settings.tolerance, work)
     return answer(scene, texels, irradiance, np.where(irradiance.any(1), Status.LIT, Status.DARK), work)
 
 
@@ -72,20 +74,25 @@ class _Lit:
     def __init__(self, scene, light, texels, tracer, outlines, solids, settings):
         self.scene, self.light, self.texels = scene, light, texels
         self._rest, self._tolerance = (tracer, outlines, solids, settings), settings.tolerance
-        self.water = light_water(scene.water, light)
+        self.water, self._again = light_water(scene.water, light), 0
         shadowed = may_be_shadowed(self.water, *solids)
-        mirrors = may_reflect_onto(self.water, scene.receivers)
+        meetings = Meetings.of(self.water, scene.water.twins, tracer, scene.eta)
+        mirrors = may_reflect_onto(self.water, scene.receivers, meetings)
+        never = meetings.never(self.water.source)
         source, medium = self.water.source, (scene.eta, np.asarray(scene.sigma_a, float))
 
         radius = light.angle / 2 if isinstance(light, Sun) else 0.0
         self.disc = Disc(self.water, scene.receivers, texels, scene.eta, radius, settings.tolerance)
 
         def lander(mirrored):
-            return Lander(scene.receivers, texels, tracer, outlines, source, *medium, mirrored)
+            again = None if never and not mirrored else meetings
+            return Lander(scene.receivers, texels, tracer, outlines, again, source, *medium, mirrored)
 
         through = lander(mirrored=False)
         # The rim of a cone is a border, which needs rays; points know the plane for the sun in clear water only.
-        plain = not (shadowed.any() or isinstance(light, Spot) or (settings.points and through.rows.total > 1))
+        plain = never and not (
+            shadowed.any() or isinstance(light, Spot) or (settings.points and through.rows.total > 1)
+        )
         plane = one_plane(scene, texels) if plain else None
         if plane is not None:
             through = PlaneLander(plane, texels[0].chart, source, *medium)
@@ -99,7 +106,7 @@ class _Lit:
         """Flux [W] per owned texel (K,3), per cause of loss and in all (3,), by beams, and its predicted relative mean
         squared error, which is to be within the tolerance."""
         side = self.texels[0].resolution
-        sheet = Sheet(self._ways[0].lander.image, len(self.texels), side, self._rows.count, self.disc.grain)
+        sheet = Sheet(self._ways[-1].lander.image, len(self.texels), side, self._rows.count, self.disc.grain)
         texel_area = [t.area.sum() / len(t.area) for t in self.texels]
         count, area = sum(len(t.area) for t in self.texels), sum(t.area.sum() for t in self.texels)
         mean = min(self.water.light() / area, 1.0)  # if all light arrives, or as much as the source's power
@@ -143,9 +150,14 @@ class _Lit:
         for sun in suns:
             part = _Lit(self.scene, sun, self.texels, *self._rest)
             own, causes, all_of_it, count = part.throw(photons / len(suns), rng)
+            self._again += part.again()
             flux, met, used = flux + own / len(suns), met + all_of_it / len(suns), used + count
             lost = {cause: lost.get(cause, 0.0) + watts / len(suns) for cause, watts in causes.items()}
         return flux, lost, met, used
+
+    def again(self):
+        """How many rays met the water again."""
+        return self._again + sum(way.lander.again for way in self._ways)
 
     def _own(self, flux, lost, met):
         """What the texels own of the images' flux (C, texels), what is lost, and what met the water; beside the charts
@@ -155,7 +167,9 @@ class _Lit:
         """
         books = lost[0]
         for all_of_it, own in zip(met[1:], lost[1:]):
-            books["reflected"] = books["reflected"] - (all_of_it - sum(own.values()))
+            again = {cause: own[cause] for cause in _AGAIN if cause in own}
+            books["reflected"] = books["reflected"] - (all_of_it - sum(own.values()) + sum(again.values()))
+            books |= {cause: books.get(cause, 0.0) + watts for cause, watts in again.items()}
         owned = []
         for k, channel in enumerate(flux):
             parts = [t.gather(part) for t, part in zip(self.texels, np.split(channel, len(self.texels)), strict=True)]
@@ -209,6 +223,17 @@ def _by_beams(lights, texels, settings, work):
     work.estimated_error = max(errors)
     work.paths = {"beams": sum(np.count_nonzero(lit.water.area) for lit in lights)}
     return flux / area[:, None]
+
+
+def _tell_of_second_meetings(lights, tolerance, work):
+    """Count the rays that met the water again, and say so if more of their light than the tolerance was not followed."""
+    again = sum(lit.again() for lit in lights)
+    if again:
+        work.paths["rays_that_meet_the_water_again"] = again
+    weaker = sum(work.flux_lost.get(cause, np.zeros(3)).sum() for cause in _AGAIN)
+    if weaker > tolerance * work.flux_in.sum():
+        part = weaker / work.flux_in.sum()
+        work.left_out.append(f"the weaker part of light that meets the water twice: {part:.1%} of all that comes in")
 
 
 def _book(work, lost, met, share=1.0):

@@ -1,8 +1,8 @@
 """Which of the water may send reflected light to what stands above it, so that only that is followed.
 
-Reflected rays rise. What they can meet, the parts of receivers above the lowest water, is drawn on a grid over the
-water's plan: each of its triangles as the rectangle of all points from which a ray, within the range of the directions
-that there are, can come to it.
+Reflected rays rise, and steeply so over water that is not steep. What they can meet, the parts of receivers above the
+lowest water and water that is steep, is drawn on a grid over the water's plan: each of its triangles as the rectangle
+of all points from which a ray, within the range of the directions that there are, can come to it.
 """
 
 from __future__ import annotations
@@ -10,27 +10,28 @@ from __future__ import annotations
 import numpy as np
 
 _CELLS = 128  # along each side of the grid
-_LEVEL = 0.1  # rise of a unit ray; those that rise less go far, and are followed without a look at the grid
+_LEVEL = 0.1  # rise of a unit ray; those that rise less, or less than the water, are followed without a look at it
 
 
-def may_reflect_onto(lit, receivers):
-    """Whether (T,) light that a LitWater's triangles reflect could reach a Receiver: False is certain, as far as the
-    directions inside a triangle lie between those at its corners."""
+def may_reflect_onto(lit, receivers, meetings):
+    """Whether (T,) light that a LitWater's triangles reflect could reach a Receiver or first other water, of which
+    there are Meetings: False is certain, as far as the directions inside a triangle lie between those at its
+    corners."""
     lights = lit.area > 0
     if not lights.any():
         return lights
-    corners = (lit.positions @ lit.frame)[lit.triangles[lights]]
+    positions = lit.positions @ lit.frame
+    corners = positions[lit.triangles[lights]]
     lowest = corners[:, :, 2].min()
-    solid = [r.positions[r.triangles] for r in receivers]
+    solid = [positions[lit.triangles[meetings.steep]], *(r.positions[r.triangles] for r in receivers)]
     solid = np.concatenate([np.zeros((0, 3, 3)), *(s[s[:, :, 2].max(1) > lowest] for s in solid)])
     ray, of = _rays(lit, corners, lights)
     rise = ray[:, 2][of].min(1)
-    near = rise < _LEVEL
+    level = meetings.gentle / np.hypot(1, meetings.gentle)
+    near = rise < (max(_LEVEL, level) if len(solid) else level)
     if len(solid) and not near.all():
         ray = ray[np.unique(of[~near])]
         near |= _under(corners, solid, ray[:, :2] / ray[:, 2:], lowest)
-    elif not len(solid):
-        near = rise < 0  # down, to what lies below
     lights[lights] = near
     return lights
 

@@ -8,6 +8,7 @@ from dapple.kernels.lit_water import light_water
 from dapple.kernels.maps.texels import rasterise
 from dapple.kernels.rays import MISS, Tracer, soup
 from dapple.kernels.scene import Receiver, Scene, Settings
+from dapple.kernels.splat.meetings import Meetings
 from dapple.kernels.splat.photon_splat import solve
 from dapple.kernels.splat.reflection import may_reflect_onto, reflected
 
@@ -96,7 +97,7 @@ def test_no_water_that_mirrors_onto_a_receiver_is_missed(degrees):
     things = [Receiver("Thing", b, rng.integers(0, 30, (60, 3)), np.zeros((60, 3, 2))) for b in boxes]
     w, light = water(five_sines, 64), slanted(degrees)
     lit = light_water(w, light)
-    marked = may_reflect_onto(lit, things)
+    marked = may_reflect_onto(lit, things, Meetings.of(lit, w.twins, Tracer(*soup(())), 1.333))
     bary = rng.dirichlet([1, 1, 1], (len(w.triangles), 8))
     points = np.einsum("tsk,tkx->tsx", bary, w.positions[w.triangles]).reshape(-1, 3)
     normals = np.einsum("tsk,tkx->tsx", bary, w.normals[w.normal_triangles]).reshape(-1, 3)
@@ -109,6 +110,8 @@ def test_no_water_that_mirrors_onto_a_receiver_is_missed(degrees):
 
 
 def test_a_pool_whose_floor_lies_below_needs_no_second_look():
-    lit = light_water(water(five_sines, 32), sun())
-    assert not may_reflect_onto(lit, [floor()]).any()
-    assert not may_reflect_onto(lit, []).any()
+    w = water(five_sines, 32)
+    lit = light_water(w, sun())
+    meetings = Meetings.of(lit, w.twins, Tracer(*soup(())), 1.333)
+    assert not may_reflect_onto(lit, [floor()], meetings).any()
+    assert not may_reflect_onto(lit, [], meetings).any()
