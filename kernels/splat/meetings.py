@@ -22,6 +22,7 @@ from ..rays import MISS, Tracer
 _MOST = 4  # meetings after the first that are followed
 _GRID = 128  # cells along each side of the plan in which sheets of water are counted
 _OVERLAP = 1e-6  # of a cell
+_OFF, _ROUNDING = 1e-3, 4e-6  # of the water's edges, and of its extent
 _STEEP = np.sqrt(3)  # slope: triangles that are steeper are looked for one by one
 
 
@@ -95,8 +96,8 @@ class Meetings:
         shade = np.full(m.shape[1], True) if self._stacked else self.possible(towards)
         at = np.flatnonzero(shade)
         if len(at):
-            start = (m[:, at] + self._edge * towards[:, at]).T
-            distance = np.broadcast_to(distance, m.shape[1])[at] - self._edge
+            start = (m[:, at] + self._off * towards[:, at]).T
+            distance = np.broadcast_to(distance, m.shape[1])[at] - self._off
             shade[at] = self._water.blocked(start, towards[:, at].T, distance)
         return shade
 
@@ -126,17 +127,18 @@ class Meetings:
         return Tracer(self._positions, self._triangles)
 
     @cached_property
-    def _edge(self):
-        """Length of the median edge [m]: nearer, the water that a ray leaves cannot be told from what it meets."""
-        corners = self._positions[self._triangles]
-        return float(np.median(np.sqrt(((corners - corners[:, AFTER]) ** 2).sum(2))))
+    def _off(self):
+        """How far off [m] the water rays start, so that float32 does not find what they leave."""
+        v = self._positions[self._triangles]
+        edge = np.median(np.sqrt(((v - v[:, AFTER]) ** 2).sum(2).min(1)))
+        return max(_OFF * float(edge), _ROUNDING * float(np.ptp(v, axis=(0, 1)).max()))
 
     def _next(self, rays, at):
         """Those of the rays `at` that come to the water before anything solid: which, triangle and distance.
 
         Water that they come to from the side on which they are not - the mesh is no closed surface - is passed.
         """
-        start = np.full(len(at), self._edge)
+        start = np.full(len(at), self._off)
         found = []
         for _ in range(_MOST):
             if not len(at):
@@ -150,7 +152,7 @@ class Meetings:
             distance = ((corners[0] - origin) * across).sum(0) / np.where(fall == 0, np.inf, fall)
             right = (fall * turn > 0) == rays.inside[at]
             found.append((at[right], hit[right], distance[right]))
-            at, start = at[~right], np.maximum(distance[~right], start[met][~right]) + self._edge
+            at, start = at[~right], np.maximum(distance[~right], start[met][~right]) + self._off
         if not found:
             return at, at, start
         at, hit, distance = (np.concatenate(part) for part in zip(*found, strict=True))

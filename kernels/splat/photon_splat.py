@@ -226,7 +226,7 @@ def _by_beams(lights, texels, settings, work):
 
 
 def _tell_of_second_meetings(lights, tolerance, work):
-    """Count the rays that met the water again, and say so if more of their light than the tolerance was not followed."""
+    """Count rays that met the water again, and say so if more of their light than the tolerance was not followed."""
     again = sum(lit.again() for lit in lights)
     if again:
         work.paths["rays_that_meet_the_water_again"] = again

@@ -22,18 +22,19 @@ def constant(values, resolution):
     return Expected(images, tuple(np.zeros_like(image) for image in images))
 
 
-def trace(scene, resolution, photons=150_000, seed=0, water_shades=False):
+def trace(scene, resolution, photons=150_000, seed=0, water_shades=False, again=None):
     """Expected of a Scene under its one sun, by about `photons` stratified points in each of two independent draws.
 
     Receivers must be planar, with charts that end on texels' borders. A facet is lit where its interpolated normal
-    faces the sun. water_shades: water that stands between the sun and water blocks it.
+    faces the sun. water_shades: water that stands between the sun and water blocks it. again: what the water reflects,
+    and what meets it again farther than `again` [m] on, is followed, both what passes and what is turned back.
     """
-    draws = [_draw(scene, resolution, photons, np.random.default_rng([seed, k]), water_shades) for k in (0, 1)]
+    draws = [_draw(scene, resolution, photons, np.random.default_rng([seed, k]), water_shades, again) for k in (0, 1)]
     images = tuple((a + b) / 2 for a, b in zip(*draws, strict=True))
     return Expected(images, tuple(np.abs(a - b) / 2 for a, b in zip(*draws, strict=True)))
 
 
-def _draw(scene, resolution, photons, rng, water_shades):
+def _draw(scene, resolution, photons, rng, water_shades, again):
     """Images (H,W) of all receivers from one draw."""
     d = np.asarray(scene.lights[0].direction, float)
     m, n, flux = _points(scene.water, d, photons, rng)
@@ -43,8 +44,12 @@ def _draw(scene, resolution, photons, rng, water_shades):
     lowest = (m @ -d).min()
     shades = [solid[(solid @ -d).max(1) > lowest] for solid in shades]
     shadowed = np.isfinite(_nearest(m, -d[None], shades)[0])
-    flux = np.where(shadowed, 0.0, flux * passed)
-    _, owner, triangle, bary = _nearest(m, t, solids)
+    flux = np.where(shadowed, 0.0, flux)
+    if again is None:
+        _, owner, triangle, bary = _nearest(m, t, solids)
+        flux = flux * passed
+    else:
+        owner, triangle, bary, flux = _follow_all(scene, solids, m, n, d, flux, again)
     images = []
     for k, receiver in enumerate(scene.receivers):
         on = np.flatnonzero((owner == k) & (flux > 0))
@@ -54,6 +59,57 @@ def _draw(scene, resolution, photons, rng, water_shades):
         flat = np.bincount(cell[:, 1] * resolution + cell[:, 0], share, resolution**2)
         images.append(flat.reshape(resolution, resolution))
     return images
+
+
+def _follow_all(scene, solids, m, n, d, flux, near):
+    """Solid (k,), triangle, barycentrics and flux of all light that arrives of photons m, n that come along d, each
+    branched at every meeting with the water into what passes and what is turned back."""
+    w = scene.water
+    soup, shading = w.positions[w.triangles], w.normals[w.normal_triangles]
+    outward = np.cross(soup[:, 1] - soup[:, 0], soup[:, 2] - soup[:, 0])
+    outward *= np.sign((outward * shading.sum(1)).sum(1))[:, None]
+    lit = np.flatnonzero((flux > 0) & (n @ d < 0))
+    rays = _branch(m[lit], np.tile(d, (len(lit), 1)), n[lit], flux[lit], np.zeros(len(lit), bool), scene.eta)
+    found, least = [], 1e-3 * flux.max()
+    for _ in range(8):
+        m, t, flux, inside = (v[rays[2] > least] for v in rays)
+        if not len(m):
+            break
+        far, owner, triangle, bary = _nearest(m, t, solids)
+        to_water, _, facet, weights = _nearest(m + near * t, t, [soup])
+        to_water += near
+        lands = np.flatnonzero((far < to_water) & (owner >= 0))
+        found.append((owner[lands], triangle[lands], bary[lands], flux[lands]))
+        at = np.flatnonzero(to_water < far)
+        point = m[at] + to_water[at, None] * t[at]
+        leaves = (outward[facet[at]] * t[at]).sum(1) > 0
+        real = leaves == inside[at]
+        normal = (weights[at, :, None] * shading[facet[at]]).sum(1)
+        turned = at[real]
+        branches = _branch(point[real], t[turned], normal[real], flux[turned], inside[turned], scene.eta)
+        past = at[~real]
+        straight = point[~real], t[past], flux[past], inside[past]
+        rays = [np.concatenate(pair) for pair in zip(branches, straight, strict=True)]
+    return [np.concatenate(part) for part in zip(*found, strict=True)]
+
+
+def _branch(m, t, n, flux, inside, eta):
+    """Points, directions, flux and side of the two branches of rays t (k,3) that meet water of normals n: what passes,
+    then what is reflected. Refraction by the tangents' equality, Fresnel's by impedances, unlike `refract`."""
+    n = n / np.linalg.norm(n, axis=1, keepdims=True)
+    n = np.where((n * t).sum(1, keepdims=True) > 0, -n, n)
+    c = -(n * t).sum(1)
+    before, after = np.where(inside, eta, 1.0), np.where(inside, 1.0, eta)
+    across = (t + c[:, None] * n) * (before / after)[:, None]
+    squared = 1 - (across**2).sum(1)
+    c_t = np.sqrt(np.maximum(squared, 0))
+    s = (before * c - after * c_t) / (before * c + after * c_t)
+    p = (after * c - before * c_t) / (after * c + before * c_t)
+    turned = np.where(squared > 0, (s * s + p * p) / 2, 1.0)
+    through = across - c_t[:, None] * n
+    back = t + 2 * c[:, None] * n
+    pairs = (m, m), (through, back), (flux * (1 - turned), flux * turned), (~inside, inside)
+    return [np.concatenate(pair) for pair in pairs]
 
 
 def _points(water, d, photons, rng):

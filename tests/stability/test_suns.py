@@ -69,13 +69,13 @@ def test_grazing_sun_on_waves_that_it_lights_wholly(every_method, elevation):
 def test_grazing_sun_on_waves_that_shade_each_other(every_method, elevation):
     """Sun this many degrees high over waves three times as steep as its rays
 
-    Crests shade the troughs behind them: photons, with the water among what stands in their way from the sun.
+    Crests shade the troughs behind them, and what one reflects the next lets in: photons that do all of it.
     """
     x = np.linspace(-6, 6, 97)
     height, slope, _ = swell(3 * np.radians(elevation))(x, x)
     profile = strip(np.stack([x, 1.5 + height], 1), np.stack([-slope, np.ones_like(x)], 1))
     scene = replace(pool(flat, quads=2, direction=down(elevation)), water=profile)
-    expected = trace(scene, SIDE, photons=40_000, water_shades=True)
+    expected = trace(scene, SIDE, photons=40_000, water_shades=True, again=1e-3)
     every_method(scene, expected, SIDE, 5e-3, 0.1, right=(), sentences=(TWICE,))
 
 

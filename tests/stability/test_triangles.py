@@ -113,7 +113,7 @@ def test_fins_under_a_slanted_sun(every_method):
     A fin bends the light that it takes, and shades the water behind it: photons, with the water in their way.
     """
     scene = finned((0.25, 0.1, -1))
-    expected = trace(scene, SIDE, photons=30_000, water_shades=True)
+    expected = trace(scene, SIDE, photons=30_000, water_shades=True, again=1e-3)
     every_method(scene, expected, SIDE, 1e-3, 0.1, right=(), sentences=(TWICE,))
 
 
@@ -124,7 +124,7 @@ def test_overhanging_waves(every_method):
     part of the light that enters for the first time; the rest must be said.
     """
     scene = replace(pool(flat, quads=2, direction=(0.05, 0.02, -1)), water=curl(0.3))
-    expected = trace(scene, SIDE, photons=30_000, water_shades=True)
+    expected = trace(scene, SIDE, photons=30_000, water_shades=True, again=1e-3)
     every_method(scene, expected, SIDE, 1e-3, 0.1, right=(), sentences=(TWICE,))
 
 
