@@ -4,13 +4,14 @@ To first order a turn of the light by delta moves the point where a refracted ra
 how the refracted ray turns, tau how far it goes, B the receiver's map to texels. So the map is that of the disc's
 centre, convolved with the ellipse Q R, R half the disc's angle. What is convolved are the fluxes of cells of a grid,
 finer than the texels where the ellipse is small; a cell's own extent is taken off the ellipse's second moments, so that
-those of the result are exact. Where the ellipse changes over a chart, a few of them are blended. Light that would leave
-its chart stays where it is, which keeps the energy and leaves even light even.
+those of the result are exact. Small ellipses are each texel's own; of larger ones that change over a chart a few are
+blended. Light that would leave its chart stays where it is, which keeps the energy and leaves even light even.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 
@@ -27,8 +28,8 @@ _SMALL = 0.3  # cells^2: smaller ellipses hardly leave their cell
 _MATCHES = 4
 _GRAIN = 3  # cells along a texel, at most
 _LEAST = 0.1  # texels: smaller ellipses change nothing
-_ALIKE = 0.1  # of the largest: ellipses this near to each other are one, and
-_BLENDED = 0.25  # those of depths whose squares lie this near to each other are blended
+_NEAR = 0.95  # cells^2, both ways together: ellipses whose light the next cells can hold
+_BLENDED, _ALIKE, _BLENDS = 0.3, 0.35, 4  # of the largest: between second moments on a lattice; less is one; at most
 _GOLDEN = (np.sqrt(5) - 1) / 2
 
 
@@ -49,8 +50,9 @@ class Disc:
         ways = [
             (t, radius * dt, slope * bend) for t, dt, bend in (_refracted(lit.frame, n, eta), _reflected(lit.frame, n))
         ]
-        self._ellipses = [_Ellipses(r, t, n, middle, ways) for r, t in zip(receivers, texels, strict=True)]
-        sizes = [size for size in (e.size() for e in self._ellipses) if size > _LEAST]
+        self._covariances = [_covariance(r, t, n, middle, ways) for r, t in zip(receivers, texels, strict=True)]
+        sizes = [2 * np.sqrt(c[:2].max(initial=0)) for c in self._covariances]
+        sizes = [size for size in sizes if size > _LEAST]
         self.seen = bool(sizes)
         if self.seen:
             cells = np.clip(np.cbrt(_GRID_ERROR / tolerance), *_CELLS)
@@ -63,8 +65,8 @@ class Disc:
         if not self.seen:
             return flux
         images = flux.reshape(len(self._texels), self.grain * side, self.grain * side).copy()
-        for image, texels, ellipses in zip(images, self._texels, self._ellipses, strict=True):
-            _blur_image(image, texels, ellipses, self.grain)
+        for image, texels, covariance in zip(images, self._texels, self._covariances, strict=True):
+            _blur_image(image, texels, covariance, self.grain)
         return images.reshape(-1, side, self.grain, side, self.grain).sum((2, 4)).ravel()
 
 
@@ -78,28 +80,17 @@ def within_disc(sun, count, rng):
     return [replace(sun, direction=direction, angle=0.0) for direction in directions]
 
 
-class _Ellipses:
-    """The ellipses of one receiver's texels: kind (K,) of each, covariance (kinds,2,2) [texel^2] of a kind at unit
-    depth, and depth (K,) [m] of each texel from the water along the mean ray."""
-
-    def __init__(self, receiver, texels, n, middle, ways):
-        """Under a plane through `middle` (3,) of normal n (3,); ways: `_covariances` takes them, below it and above."""
-        rise = texels.positions @ n - middle @ n
-        maps = texel_maps(receiver, texels.resolution)
-        self.kind, self.depth = np.zeros(len(rise), np.int64), np.zeros(len(rise))
-        self.covariance = np.zeros((0, 2, 2))
-        for own, way in zip((rise <= 0, rise > 0), ways, strict=True):
-            if own.any():
-                kind, covariance = _kinds(_covariances(maps, *way))
-                self.kind[own] = len(self.covariance) + kind[texels.triangle[own]]
-                self.covariance = np.concatenate([self.covariance, covariance])
-                self.depth[own] = np.maximum(rise[own] / (way[0] @ n), 0)
-
-    def size(self):
-        """The largest half axis [texel] of all."""
-        if not len(self.depth):
-            return 0.0
-        return 2 * np.sqrt(np.linalg.eigvalsh(self.covariance).max()) * self.depth.max()
+def _covariance(receiver, texels, n, middle, ways):
+    """Second moments xx, yy, xy (3,K) [texel^2] of the ellipse of each texel, under a plane through `middle` (3,) of
+    normal n (3,); ways: what `_at_unit_depth` takes, for texels below the plane and above it."""
+    rise = texels.positions @ n - middle @ n
+    maps = texel_maps(receiver, texels.resolution)
+    covariance = np.zeros((3, len(rise)))
+    for own, way in zip((rise <= 0, rise > 0), ways, strict=True):
+        if own.any():
+            depth = np.maximum(rise[own] / (way[0] @ n), 0)
+            covariance[:, own] = _at_unit_depth(maps, *way)[:, texels.triangle[own]] * depth**2
+    return covariance
 
 
 def _mean_plane(lit):
@@ -129,9 +120,9 @@ def _reflected(frame, n):
     return 2 * (s @ n) * n - s, across - 2 * np.outer(n, n @ across), 2 * (s @ n)
 
 
-def _covariances(maps, t, dt, wander):
-    """Covariance (T,2,2) [texel^2/m^2], at unit depth, of light t that turns by dt (3,2) over an even disc of radius 1,
-    on the surfaces of texel maps (T,3,4).
+def _at_unit_depth(maps, t, dt, wander):
+    """Second moments xx, yy, xy (3,T) [texel^2/m^2], at unit depth, of light t that turns by dt (3,2) over
+    an even disc, on the surfaces of texel maps (T,3,4).
 
     wander: how far waves turn the light to one side, root mean square: no more along a surface than that is it ever.
     """
@@ -139,21 +130,10 @@ def _covariances(maps, t, dt, wander):
     fall = np.where(fall < 0, -1.0, 1.0) * np.sqrt(fall**2 + wander**2 + np.finfo(float).eps)
     slide = dt - t[:, None] * ((maps[:, 0, :3] @ dt) / fall[:, None])[:, None]
     q = maps[:, 1:, :3] @ slide
-    return q @ q.transpose(0, 2, 1) / 4
+    return np.stack([(q[:, a] * q[:, b]).sum(1) for a, b in ((0, 0), (1, 1), (0, 1))]) / 4
 
 
-def _kinds(covariance):
-    """Kind (T,) of each covariance (T,2,2), alike ones of one kind, and their means (kinds,2,2)."""
-    flat = covariance.reshape(-1, 4)
-    scale = np.maximum(np.abs(flat).max(1, keepdims=True), np.finfo(float).tiny)
-    alike = np.concatenate([flat / scale, np.log(scale)], 1) / _ALIKE
-    _, kind = np.unique(np.round(alike), axis=0, return_inverse=True)
-    kind = kind.reshape(-1)
-    sums = [np.bincount(kind, c) / np.bincount(kind) for c in flat.T]
-    return kind, np.stack(sums, 1).reshape(-1, 2, 2)
-
-
-def _blur_image(image, texels, ellipses, grain):
+def _blur_image(image, texels, covariance, grain):
     """Blur the cells of one image (grain side, grain side) in place, chart by chart."""
     side = texels.resolution
     on = np.flatnonzero(texels.home >= 0)
@@ -167,47 +147,79 @@ def _blur_image(image, texels, ellipses, grain):
         at = np.full(shape, -1)
         at[row - corner[0], column - corner[1]] = home[own]
         window = tuple(slice(c * grain, (c + n) * grain) for c, n in zip(corner, shape))
-        image[window] = _blur_chart(image[window], at, ellipses, grain)
+        image[window] = _blur_chart(image[window], at, covariance, grain)
 
 
-def _blur_chart(flux, home, ellipses, grain):
+def _blur_chart(flux, home, covariance, grain):
     """Blurred flux of the cells of one chart's window; home: the texel (rows, columns) of each, -1 off the chart."""
     on = home >= 0
-    kind, depth = ellipses.kind[home], ellipses.depth[home]
-    depths, kernels, parts = [], [], []
-    for k in np.unique(kind[on]):
-        for at, weight in _hats(depth, on & (kind == k)):
-            depths.append(at)
-            kernels.append(_kernel(ellipses.covariance[k] * (at * grain) ** 2))
-            parts.append(flux * _cells(weight, grain))
-    mask = _cells(on.astype(float), grain)
+    moments = np.where(on, covariance[:, home], 0.0) * grain**2
+    mask = _cells(on, grain)
+    if (moments[0] + moments[1]).max() <= _NEAR:
+        return _to_neighbours(flux, mask, moments, grain)
+    return np.where(mask, _over_ellipses(np.where(mask, flux, 0.0), mask, on, moments, grain), flux)
+
+
+def _to_neighbours(flux, mask, moments, grain):
+    """Each cell gives its neighbours what has second moments xx, yy, xy (3,rows,columns) [cell^2] of its texel; nothing
+    leaves the mask."""
+    xx, yy, xy = moments
+    slant = np.abs(xy)
+    steps = (0, 1, (xx - slant) / 2), (1, 0, (yy - slant) / 2), (1, 1, np.maximum(xy, 0) / 2)
+    blurred = flux.copy()
+    for down, right, share in (*steps, (1, -1, np.maximum(-xy, 0) / 2)):
+        if not share.any():
+            continue
+        given = flux * _cells(np.maximum(share, 0), grain)
+        for there, here in (_shifted(down, right), _shifted(-down, -right)):
+            moved = given[here] * mask[there]
+            blurred[there] += moved
+            blurred[here] -= moved
+    return blurred
+
+
+def _shifted(down, right):
+    """Windows of an image: of the cells that lie (down, right) of a cell of it, and of those cells."""
+    there = tuple(slice(max(d, 0), min(d, 0) or None) for d in (down, right))
+    return there, tuple(slice(max(-d, 0), min(-d, 0) or None) for d in (down, right))
+
+
+def _over_ellipses(flux, mask, on, moments, grain):
+    """As `_to_neighbours`, over ellipses of any size: those on a lattice of second moments, blended."""
+    kernels, parts = [], []
+    for (xx, yy, xy), weight in _lattice(moments, on):
+        kernels.append(_kernel(np.array([[xx, xy], [xy, yy]])))
+        parts.append(flux * _cells(weight, grain))
     blurred = mask * _convolved(parts, kernels)
-    # What left the chart goes back to where such light comes from: as an ellipse of middle size tells, and the depth.
-    middle = np.argsort([len(kernel) for kernel in kernels])[len(kernels) // 2]
-    leaves = mask * flux * np.clip(1 - _convolved([mask], [kernels[middle]]), 0, 1)
-    if len(kernels) > 1:
-        leaves *= _cells(depth / max(depths[middle], np.finfo(float).tiny), grain)
-    gone = (mask * flux).sum() - blurred.sum()
-    if leaves.sum() > 0:
-        blurred += leaves * (gone / leaves.sum())
-    return np.where(mask > 0, blurred, flux)
+    # What left the chart goes back to where such light comes from: as the largest ellipse tells, and each one's own.
+    largest = max(range(len(kernels)), key=lambda k: len(kernels[k]))
+    size = np.sqrt(moments[0] + moments[1])
+    leaves = mask * flux * np.clip(1 - _convolved([mask.astype(float)], [kernels[largest]]), 0, 1)
+    leaves *= _cells(size / size.max(), grain)
+    gone = flux.sum() - blurred.sum()
+    return blurred + leaves * (gone / leaves.sum()) if leaves.sum() > 0 else blurred
+
+
+def _lattice(moments, on):
+    """Second moments on a lattice, and the weights (rows, columns) of each for every texel that is `on`: the blend has
+    the texel's own."""
+    low, high = moments[:, on].min(1), moments[:, on].max(1)
+    most = max(high[0], high[1])
+    count = np.minimum(np.ceil((high - low) / (_BLENDED * most) - _ALIKE).astype(int), _BLENDS)
+    axes = []
+    for m, a, b, n in zip(moments, low, high, count, strict=True):
+        at = np.linspace(a, b, n + 1) if n > 0 else np.array([m[on].mean()])
+        step = (b - a) / n if n > 0 else np.inf
+        axes.append([(point, np.maximum(1 - np.abs(m - point) / step, 0)) for point in at])
+    for chosen in product(*axes):
+        weight = on * chosen[0][1] * chosen[1][1] * chosen[2][1]
+        if weight.any():
+            yield tuple(point for point, _ in chosen), weight
 
 
 def _cells(values, grain):
     """Of texels, repeated for their cells."""
     return np.repeat(np.repeat(values, grain, axis=0), grain, axis=1)
-
-
-def _hats(depth, chosen):
-    """Depths at which an ellipse is taken, and the weight of each at the texels chosen: linear in between in the square
-    of the depth, so that the blend has the second moments of the depth between."""
-    square = np.where(chosen, depth, 0.0) ** 2
-    low, high = square[chosen].min(), square[chosen].max()
-    if high - low <= _ALIKE * high:
-        return [(np.sqrt((low + high) / 2), chosen.astype(float))]
-    at = np.linspace(low, high, int(np.ceil((high - low) / (_BLENDED * high))) + 1)
-    step = at[1] - at[0]
-    return [(np.sqrt(a), chosen * np.maximum(1 - np.abs(square - a) / step, 0)) for a in at]
 
 
 def _kernel(covariance):
