@@ -16,7 +16,6 @@ from .border import cut, straddlers
 from .lander import DARK, LOST, UNLIT
 from .mesh_nodes import MeshNodes
 
-_SIGHT = 1.0  # texels: larger parts are split where something may hide between rays, though all six agree
 _CUT = 1.0  # texels: parts smaller than this that straddle one border are cut there
 _POINT = 0.25  # texels: parts smaller than this that straddle more land point by point
 _DEPTH = 14  # splits at most
@@ -26,18 +25,19 @@ _EDGES = [0, 3, 1, 4, 2, 5, 3, 4, 5], [3, 1, 4, 2, 5, 0, 4, 5, 3]  # between whi
 _MIDDLES = ([6, 14, 11], [7, 8, 12], [13, 9, 10], [12, 13, 14])  # of the parts' edges
 
 
-def splat(lit, twins, lander, shadowed, sheet, texel_area, tolerance):
+def splat(lit, twins, lander, shadowed, sheet, texel_area, tolerance, sight):
     """Leave the flux [W for 1 W/m^2] of all beams on a Sheet; returns {cause: W (C,)} of what reaches no receiver, what
     meets the water [W], and the predicted error.
 
-    lit: LitWater; twins (3T,); shadowed (T,) bool from `may_be_shadowed`; texel_area [m^2] of the finest map; tolerance
-    [texel] within which a beam's image must be affine.
+    lit: LitWater; twins (3T,); shadowed (T,) bool from `may_be_shadowed`; texel_area (images,) [m^2] of each map's
+    texels; tolerance: sum of squared errors over all texels, for light of 1 W/m^2; sight [texel]: larger parts are
+    split where something may hide between rays, though all six agree.
     """
-    work = _Work(lander, sheet, texel_area, tolerance)
+    work = _Work(lander, sheet, texel_area, tolerance, sight)
     if not lit.area.any():
         return work.lost, work.met, work.error
     mesh = MeshNodes.of(lit, twins, lander, shadowed)
-    large = (2 * lit.area >= _SIGHT**2 * work.finest) | work.rows.varies
+    large = (2 * lit.area >= sight**2 * work.finest) | work.rows.varies
     clear = mesh.clear(lander, shadowed, large)
     rest = work.settle_mesh(mesh, lit.area, clear)
     nodes, six, area, shade, clear = mesh.nodes, mesh.six(rest), lit.area[rest], shadowed[rest], clear[rest]
@@ -64,8 +64,8 @@ def _split(lander, nodes, six, shade):
 class _Work:
     """The sheet, the books, and what decides whether a triangle is ready."""
 
-    def __init__(self, lander, sheet, texel_area, tolerance):
-        self.lander, self.sheet = lander, sheet
+    def __init__(self, lander, sheet, texel_area, tolerance, sight):
+        self.lander, self.sheet, self.sight = lander, sheet, sight
         self.texel_area, self.finest = np.asarray(texel_area), np.min(texel_area)
         self.rows = lander.rows
         causes = (*LOST.values(), *self.rows.causes())
@@ -131,7 +131,7 @@ class _Work:
         """
         most = _cut_off(error[np.isfinite(error)], (self.tolerance - self.error) / 2)
         texel = np.where(chart < 0, self.finest, np.take(self.texel_area, self._image(chart)))
-        seen = (clear & (chart != UNLIT)) | (size**2 * self.finest < _SIGHT**2 * texel)
+        seen = (clear & (chart != UNLIT)) | (size**2 * self.finest < self.sight**2 * texel)
         return np.isfinite(error) & (error <= most) & seen
 
     def _image(self, chart):

@@ -35,6 +35,8 @@ _MARGIN = 1.08
 _DIRECTIONS = 32  # from which points of one half come, of a sun with a disc
 _ROUNDING = 1e-12
 _AGAIN = "second_meeting", "trapped"  # causes of loss where light meets the water again
+# texels: how wide a thing may stand between rays unseen. On pool.blend 2 texels leave an error of 1e-5 and 1 of 4e-7.
+_SIGHT, _THIN = (1.0, 2.0), 1e-3  # by the root of the tolerance over the second
 _MOST = 1 << 26  # photons in a half
 _REASONS = {False: "beams find every path, without noise, whatever the receiver", True: "points find every path"}
 _LEFT_OUT = [
@@ -111,7 +113,8 @@ class _Lit:
         count, area = sum(len(t.area) for t in self.texels), sum(t.area.sum() for t in self.texels)
         mean = min(self.water.light() / area, 1.0)  # if all light arrives, or as much as the source's power
         square = count * mean**2
-        work = [splat(*w.start(), sheet, texel_area, self._tolerance * square) for w in self._ways]
+        sight = float(np.clip(np.sqrt(self._tolerance / _THIN), *_SIGHT))
+        work = [splat(*w.start(), sheet, texel_area, self._tolerance * square, sight) for w in self._ways]
         lost, met, errors = zip(*work, strict=True)
         flux = sheet.flux()
         beside = sheet.landed - flux.sum(1)
