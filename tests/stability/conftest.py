@@ -7,7 +7,7 @@ import inspect
 
 import pytest
 
-from dapple.tests.stability.judge import COMPLETE, METHODS, NOT_MEANS, ONE_PATH, judge, run
+from dapple.tests.stability.judge import COMPLETE, METHODS, NOT_MEANS, ONE_PATH, SAMPLED, judge, run
 from dapple.tests.stability.table import Row, page
 
 ROWS = pytest.StashKey[list]()
@@ -33,14 +33,15 @@ def every_method(row):
 
     def check(scene, expected, resolution, tolerance=1e-3, worst=0.05, right=COMPLETE, sentences=()):
         """right: methods that must be right here; the others may be reported, by a status, by what they always leave
-        out, or by one of `sentences`. Points are noise about the truth: four times the tolerance that they are asked
-        for, and half of a texel's light, are theirs."""
+        out, or by one of `sentences`. Sampled methods are as exact as they are asked to be: four times that tolerance,
+        and half of a texel's light, are theirs."""
         row.tolerance = f"{tolerance:g}, {worst:g}"
         bad = []
         for method, settings in METHODS.items():
             answer = run(scene, resolution, method)
             found = answer.images, answer.status, answer.diagnostics.left_out
-            allowed = (tolerance + 4 * settings.tolerance, max(worst, 0.5)) if settings.points else (tolerance, worst)
+            sampled = (tolerance + 4 * settings.tolerance, max(worst, 0.5))
+            allowed = sampled if method in SAMPLED else (tolerance, worst)
             verdict = judge(*found, expected, *allowed, (*sentences, ONE_PATH, NOT_MEANS))
             row.cells[method] = verdict
             if verdict.outcome == "wrong" or (verdict.outcome == "reported" and method in right):

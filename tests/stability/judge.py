@@ -17,11 +17,12 @@ from dapple.kernels.status import Status
 METHODS = {
     "beams": Settings(method="photon_splat", tolerance=1e-4),
     "points": Settings(method="photon_splat", tolerance=1e-3, points=True),
-    "all roots": Settings(method="conic_walk"),
+    "all roots": Settings(method="conic_walk", tolerance=1e-3),
     "first root": Settings(method="conic_walk", first_root=True),
 }
-COMPLETE = ("beams", "points")  # methods that are to find all of the light
+COMPLETE = ("beams", "points", "all roots")  # methods that are to find all of the light
 EVERY = (*COMPLETE, "first root")
+SAMPLED = ("points", "all roots")  # as exact as the tolerance that they are asked for
 _POINTS = 8
 ONE_PATH = r"every path to a texel but the first"
 NOT_MEANS = r"the mean over the texel"
@@ -50,10 +51,11 @@ class Verdict:
 def run(scene, resolution, method, surface="mesh"):
     """Solution of a Scene by one of METHODS, by the water's mesh or the smooth water ("auto") that it samples.
 
-    A walk knows points only: its map is the mean over 8 x 8 points a texel, with the status of the most telling one.
+    The first root knows points only: its map is the mean over 8 x 8 points a texel, with the most
+    telling status.
     """
     settings = replace(METHODS[method], surface=surface)
-    points = _POINTS if settings.method == "conic_walk" else 1
+    points = _POINTS if settings.first_root else 1
     texels = [rasterise(receiver, resolution * points, settings.padding) for receiver in scene.receivers]
     answer = solve(scene, texels, settings)
     if points == 1:

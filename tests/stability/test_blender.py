@@ -16,7 +16,7 @@ from dapple.operators.bake import bake, request_from_scene
 from dapple.operators.errors import DappleError
 from dapple.tests.blender.conftest import empty_scene  # noqa: F401
 from dapple.tests.blender.small_pool import read_exr
-from dapple.tests.stability.judge import COMPLETE, METHODS, NOT_MEANS, ONE_PATH, Verdict, judge
+from dapple.tests.stability.judge import COMPLETE, METHODS, NOT_MEANS, ONE_PATH, SAMPLED, Verdict, judge
 from dapple.tests.stability.photons import trace
 
 SIDE = 16
@@ -69,7 +69,7 @@ def with_blenders_normals(scene):
 def baked(scene, method, frames=(1,), out=None):
     """Maps (n,H,W) and the last frame's entry in bake.json, by one of METHODS on the mesh as it is."""
     request = request_from_scene(scene, frames=frames, out=out)
-    points = 8 if METHODS[method].method == "conic_walk" else 1
+    points = 8 if METHODS[method].first_root else 1
     settings = replace(METHODS[method], surface="mesh", resolution=SIDE * points)
     list(bake(bpy.context, replace(request, settings=settings)))
     maps = [read_exr(request.out / "Floor" / f"caustics_{n:04d}.exr").astype(float) for n in frames]
@@ -85,7 +85,7 @@ def every_method(row, scene, expected, right=COMPLETE, sentence=None, tolerance=
         (image,), entry = baked(scene, method)
         told = [*entry["left_out"], *entry["warnings"]]
         status = np.ones((SIDE, SIDE), np.uint8)
-        allowed = (tolerance + 4 * settings.tolerance, 0.5) if settings.points else (tolerance, worst)
+        allowed = (tolerance + 4 * settings.tolerance, 0.5) if method in SAMPLED else (tolerance, worst)
         verdict = judge([image], [status], told, expected, *allowed, [sentence or ONE_PATH, NOT_MEANS])
         row.cells[method] = verdict
         if verdict.outcome == "wrong" or (verdict.outcome == "reported" and method in right):

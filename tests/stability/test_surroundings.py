@@ -38,7 +38,7 @@ def test_occluders_over_and_under_flat_water(every_method, z):
     above, below = max(z - 1.5, 0), min(z, 1.5)
     shift = -above * d[:2] / d[2] - below * refracted[:2] / refracted[2]
     over = np.outer(*(covered(s - 0.5, s + 0.5, SIDE) for s in shift[::-1]))
-    every_method(scene, constant([STILL * (1 - over)], SIDE), SIDE, 1e-4, 0.1)
+    every_method(scene, constant([STILL * (1 - over)], SIDE), SIDE, 1e-4, 0.1, right=("beams", "points"))
 
 
 @pytest.mark.parametrize("z", [1.9, 0.7], ids=["floating", "sunken"])
@@ -81,7 +81,7 @@ def test_shore_under_waves(every_method):
     """
     scene = pool(calm, quads=96, receivers=[beach(1.0, 1.7)], direction=OBLIQUE)
     expected = trace(scene, SIDE, photons=300_000, seed=3)
-    every_method(scene, expected, SIDE, 2e-3, 0.1)
+    every_method(scene, expected, SIDE, 2e-3, 0.1, right=("beams", "points"))
 
 
 def test_receiver_that_grazes_the_water(every_method):
