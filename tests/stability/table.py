@@ -11,12 +11,19 @@ Constructions that are known to be awkward, one test each in `tests/stability/`,
 a part of what is expected there). Points and all roots are as exact as they are asked to be, here 1e-3: four times that
 and half of a texel's light are theirs on top. The first root is judged by its mean over 8 x 8 points a texel.
 *Reported*: not right, but every texel that is off carries a status that says why, or a sentence of the record
-(`left_out`) does. **Wrong** would be: off, and silent. No cell may be.
+(`left_out`) does. **Wrong**: off, and silent. No cell may be, but for those that are known and named below the table;
+their tests are expected to fail, and fail where they do not.
 
 Unless a row says otherwise the water is the mesh as it is, without reconstruction. The last column says why the
 expected answer is right.
 Made from the tests' own results by `./dapple test tests/stability --stability-table docs/stability.md`.
 """
+
+# Row -> what is wrong there; to be emptied.
+KNOWN_WRONG = {
+    "The smooth water that a mesh samples (that overhangs)": "smooth sheets of overhanging crests err more than the "
+    "raw mesh does: 9e-4 against 8e-4 from 48 quads, 6e-4 against 8e-5 from 96"
+}
 
 
 @dataclass
@@ -46,8 +53,10 @@ def page(rows):
         lines.append(row.line(notes))
     head = f"| construction | {' | '.join(METHODS)} | tolerance | expected, and why |"
     rule = "|---" * (len(METHODS) + 3) + "|"
+    wrong = ["What is wrong:", "", *(f"- {name}: {what}" for name, what in KNOWN_WRONG.items()), ""]
+    wrong = wrong if KNOWN_WRONG else []
     told = [f"{number}. {text}" for text, number in notes.items()]
-    return "\n".join([_HEAD, head, rule, *lines, "", "What is reported:", "", *told, ""])
+    return "\n".join([_HEAD, head, rule, *lines, "", "What is reported:", "", *told, "", *wrong])
 
 
 def _cell(verdict, notes):
