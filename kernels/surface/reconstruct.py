@@ -50,24 +50,33 @@ class Need:
 
 class Reconstruction:
     """What the frames of one sequence share: how much the vertices are smoothed, and how triangles are cut while they
-    stay the same."""
+    stay the same.
+
+    error: the relative mean squared error that the last Water's own triangles leave, at most; 0 where they are what the
+    artist wants.
+    """
 
     def __init__(self):
         self._known, self._smoothing = None, Smoothing()
+        self.error = 0.0
 
     def apply(self, water, need):
         """(Water, sentence): the Water reconstructed for a Need, or as it is where that would gain nothing."""
+        self.error = 0.0
         if not len(water.triangles) or not np.array_equal(water.triangles, water.normal_triangles):
             return water, _AS_IT_IS + "since its normals are flat or set by hand"
         edges = _some_edges(water.triangles)
         own = _rms(*_own_deviation(water, edges)) * need.reach
-        if _OWN * own**2 <= need.tolerance:
+        self.error = _OWN * own**2
+        if self.error <= need.tolerance:
             return water, _AS_IT_IS + "which is fine enough"
         splines = Splines(water, self._smoothing)
         level, upright = splines.count(water.triangles)
         if not level + upright:
             return water, _AS_IT_IS + "since it is nowhere a wide and smooth height field"
-        parts = self._parts(_rms(*splines.deviation(edges)) * need.reach, need, len(water.triangles))
+        deviation = _rms(*splines.deviation(edges)) * need.reach
+        parts = self._parts(deviation, need, len(water.triangles))
+        self.error = _INTERPOLATED * deviation**2 / parts**4
         finer = self._refined(water, splines, self._tessellation(water, splines.cut, parts))
         of = f"{level} of {len(water.triangles)} triangles" + (f", upright ones for {upright}" if upright else "")
         return (

@@ -14,6 +14,7 @@ import statistics
 import sys
 import tempfile
 import time
+from dataclasses import replace
 from pathlib import Path
 
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
@@ -86,9 +87,11 @@ def stages(resolution, quads):
 
     scene = pool(quads=quads)
     raster, own = median(lambda: rasterise(scene.receivers[0], resolution), 1)
-    beams, splat = median(lambda: solve(scene, [own], Settings("photon_splat")))
-    points, scatter = median(lambda: solve(scene, [own], Settings("photon_splat", points=True)), 3)
-    walk, by_walk = median(lambda: solve(scene, [own], Settings("conic_walk")), 3)
+    mesh = Settings(surface="mesh")
+    beams, splat = median(lambda: solve(scene, [own], mesh))
+    points, scatter = median(lambda: solve(scene, [own], replace(mesh, points=True)), 3)
+    first = replace(mesh, method="conic_walk", first_root=True)
+    walk, by_walk = median(lambda: solve(scene, [own], first), 3)
     with tempfile.TemporaryDirectory() as folder:
         write, _ = median(lambda: write_exr(Path(folder) / "map.exr", splat.images[0]), 3)
     return raster, beams, splat.diagnostics, points, scatter.diagnostics, walk, by_walk.diagnostics, write
@@ -126,15 +129,19 @@ def rates():
     from dapple.kernels.splat.lander import Lander
     from dapple.kernels.splat.landing import Plane, Rays
     from dapple.kernels.splat.photons import batches
+    from dapple.kernels.splat.plane import one_plane
+    from dapple.kernels.splat.silhouettes import Silhouettes
     from dapple.kernels.walk.conic import Surface
     from dapple.kernels.walk.walkers import Walk
 
     scene = pool(quads=512)
     own = rasterise(scene.receivers[0], 512)
     lit = light_water(scene.water, scene.lights[0])
-    plane = Plane.of(scene, [own], lit)
+    plane = Plane(own, scene.eta, lit, one_plane(scene, [own]))
     unshadowed = np.zeros(len(scene.water.triangles), bool)
-    lander = Lander(scene.receivers, [own], Tracer(*soup(scene.receivers)), lit.frame[2], scene.eta)
+    solids = soup(scene.receivers)
+    around = Tracer(*solids), Silhouettes(*solids), None
+    lander = Lander(scene.receivers, [own], *around, lit.source, scene.eta, scene.sigma_a)
     rays = Rays(lander, 1, own.resolution, lit, unshadowed)
 
     def throw(landing, photons):
@@ -225,7 +232,7 @@ def main():
     table.add("(estimated error)", f"{error:.5f}")
     table.head(
         "resolution", "water", "texels, once [s]", "beams [s]", "error", "points [s]", "photons", "error",
-        "conic_walk [s]", "steps a texel", "write [s]",
+        "first root [s]", "steps a texel", "write [s]",
     )  # fmt: skip
     for resolution in RESOLUTIONS:
         for name, quads in QUADS.items():
