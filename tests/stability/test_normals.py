@@ -4,12 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from waves import calm, flat, mesh_water, pool, transmitted
+from waves import calm, flat, floor, mesh_water, pool, transmitted
 
 from dapple.kernels.halfedges import build_twins
 from dapple.kernels.scene import Water
 from dapple.tests.stability.constructions import faceted
 from dapple.tests.stability.photons import constant, trace
+from dapple.tests.stability.table import known_wrong
 
 SIDE = 16
 COS_I = 1 / np.sqrt(1 + 0.25**2 + 0.1**2)
@@ -21,6 +22,21 @@ def leaning(scene, chosen, normal):
     normals = scene.water.normals.copy()
     normals[chosen] = normal
     return replace(scene, water=replace(scene.water, normals=normals))
+
+
+@known_wrong("elevation", [45, 20], "Some vertices' normals lean so far that the sun is below their horizon ({})")
+def test_interpolated_normals_below_the_horizon(every_method, elevation):
+    """Some vertices' normals lean so far that the sun is below their horizon
+
+    Fresnel's transmittance falls to 0 where light meets a normal edge on, and light that meets its back passes nothing:
+    photons with the same interpolated normals.
+    """
+    e = np.radians(elevation)
+    still = pool(flat, quads=24, direction=(np.cos(e), 0, -np.sin(e)), side=9.6, receivers=[floor(side=9.6)])
+    scene = leaning(still, slice(None, None, 7), [0.9, 0.3, 0.3 / np.tan(e / 2)])
+    assert (scene.water.normals @ -scene.lights[0].direction < 0).any()
+    expected = trace(scene, SIDE, photons=600_000)
+    every_method(scene, expected, SIDE, 5e-3, 0.1)
 
 
 @pytest.mark.parametrize("normal", [0.0, np.nan], ids=["zero", "not a number"])
