@@ -28,7 +28,8 @@ KNOWN_WRONG = {
     **dict.fromkeys(
         [f"Some vertices' normals lean so far that the sun is below their horizon ({e})" for e in (45, 20)],
         "beams and points: what meets the back of a normal goes on into the water as it came, not refracted, and "
-        "lights the floor (4 and 12 % too much in points); beams take the transmittance for linear where it falls to nothing",
+        "lights the floor (4 and 12 % too much in points); beams take the transmittance for linear where it falls to "
+        "nothing",
     ),
 }
 
