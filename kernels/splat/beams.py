@@ -39,6 +39,8 @@ def splat(lit, twins, lander, shadowed, sheet, texel_area, tolerance, sight):
     mesh = MeshNodes.of(lit, twins, lander, shadowed)
     large = (2 * lit.area >= sight**2 * work.finest) | work.rows.varies
     clear = mesh.clear(lander, shadowed, large)
+    work.grazing = bool((work.rows.passed(mesh.nodes.carried) == 0).any()) and not work.rows.varies
+    work.uneven |= work.grazing
     rest = work.settle_mesh(mesh, lit.area, clear)
     nodes, six, area, shade, clear = mesh.nodes, mesh.six(rest), lit.area[rest], shadowed[rest], clear[rest]
     for depth in range(_DEPTH + 1):
@@ -67,7 +69,7 @@ class _Work:
     def __init__(self, lander, sheet, texel_area, tolerance, sight):
         self.lander, self.sheet, self.sight = lander, sheet, sight
         self.texel_area, self.finest = np.asarray(texel_area), np.min(texel_area)
-        self.rows = lander.rows
+        self.rows, self.uneven, self.grazing = lander.rows, lander.rows.varies, False
         causes = (*LOST.values(), *self.rows.causes())
         self.lost = {cause: np.zeros(sheet.channels) for cause in causes}
         self.met, self.error, self.tolerance = 0.0, 0.0, tolerance
@@ -78,7 +80,7 @@ class _Work:
         nodes, lit = mesh.nodes, area > 0
         chart = np.take(nodes.chart, mesh.corner[0])
         x, y = np.take(nodes.x, mesh.corner), np.take(nodes.y, mesh.corner)
-        six = mesh.six(slice(None)) if self.rows.varies else mesh.corner  # the middles give the mean of a quadratic
+        six = mesh.six(slice(None)) if self.uneven else mesh.corner  # the middles give the mean of a quadratic
         error = self._predict(mesh.bent(), chart, x, y, area, self._light(nodes, six))
         ready = lit & self._ready(chart, np.where(lit, error, 0.0), self._size(nodes, six, area), clear)
         at = np.flatnonzero(ready)
@@ -98,21 +100,22 @@ class _Work:
         size = self._size(nodes, six, area)
         whole = self._ready(chart[0], error, size, clear)
         straddling, order = straddlers(chart)
-        at = np.flatnonzero(straddling & ~same & (size < _CUT))
+        cut = _POINT if self.grazing else _CUT  # what passes falls steeply towards the back of a normal
+        at = np.flatnonzero(straddling & ~same & (size < cut))
         done = self._cut(nodes, np.take_along_axis(six[:, at], order[:, at], axis=0), area[at], shade[at])
         whole[at[done]] = True
         small = ~whole & (last | (np.sqrt(2 * area / self.finest) * np.take(nodes.spread, six).max(0) < _POINT))
         at = np.flatnonzero(same & (whole | small))
         self.error += error[at].sum()
-        weigh = slice(3, 6) if self.rows.varies else slice(0, 3)  # the middles give the mean of a quadratic
+        weigh = slice(3, 6) if self.uneven else slice(0, 3)  # the middles give the mean of a quadratic
         self._spread(nodes.take(six[:3, at].ravel()), area[at], self._book(nodes, six[weigh][:, at], area[at]))
         at = np.flatnonzero(small & ~same)
         self._points(nodes.take(six[:, at].ravel()), np.tile(area[at] / 6, 6))
         return np.flatnonzero(~(whole | small))
 
     def _light(self, nodes, six):
-        """Mean and range (n,) over beams six (6,n) of a light that varies, of what passes the water; else 1 and 0."""
-        if not self.rows.varies:
+        """Mean and range (n,) over beams six (6,n) of what passes the water, where it is uneven; else 1 and 0."""
+        if not self.uneven:
             return 1.0, 0.0
         passed = np.take(self.rows.passed(nodes.carried), six)
         return passed.mean(0), np.ptp(passed, axis=0)
@@ -152,7 +155,7 @@ class _Work:
         wide = np.maximum(np.abs(x1 * y2 - x2 * y1) / long, 1.0)
         flux = area / np.take(self.texel_area, self._image(chart))
         error = _ERROR * (flux * mean * np.minimum(bent, wide)) ** 2 / (long * wide**3)
-        if self.rows.varies:
+        if self.uneven:
             error += (flux * spans) ** 2 / (9 * long * wide)
         side = self.sheet.resolution
         beside = [(v.max(0) < -bent) | (v.min(0) > side + bent) for v in (x, y)]

@@ -108,7 +108,8 @@ class Lander:
         start, direction = rays.origin, rays.direction
         hit = self._tracer.first(start.T, direction.T)
         on_receiver = (hit != MISS) & (hit < len(self._charts))
-        chart = np.where(hit == MISS, MISSED, OCCLUDED)
+        # Where nothing passes, at the back of normals, is a border.
+        chart = np.where((hit == MISS) | (share == 0), MISSED, OCCLUDED)
         triangle = np.where(on_receiver, hit, 0)
         x = y = tau = np.zeros(len(chart))
         spread = np.ones(len(chart))
@@ -118,7 +119,7 @@ class Lander:
                 tau = -self._along(0, triangle, start, 1) / fall
                 point = start + tau * direction
                 x, y = self._along(1, triangle, point, 1), self._along(2, triangle, point, 1)
-            on_receiver &= np.isfinite(x) & np.isfinite(y)
+            on_receiver &= np.isfinite(x) & np.isfinite(y) & (share > 0)
             x, y = np.clip(x, 0, self._side), np.clip(y, 0, self._side)
             chart = np.where(on_receiver, np.take(self._charts, triangle) + rays.history * self._count, chart)
             spread = np.where(on_receiver, 1 / np.maximum(np.abs(fall), 1 / _SPREAD), 1.0)

@@ -45,6 +45,8 @@ _LEFT_OUT = [
     "the size of lamps other than suns: light comes from their centre",
 ]
 
+_BACKS = "a few per cent of the light next to normals whose back it meets, where what passes falls to nothing"
+
 
 def solve(scene, texels, settings):
     """Irradiance of a Scene on Texels (one per receiver) by photons; see `scene.Solution`.
@@ -59,6 +61,8 @@ def solve(scene, texels, settings):
     tracer = Tracer(*solids)
     outlines = Silhouettes(*solids)
     lights = [_Lit(scene, light, texels, tracer, outlines, solids, settings) for light in scene.lights]
+    if not settings.points and any(lit.meets_backs() for lit in lights):
+        work.left_out.append(_BACKS)
     work.seconds["prepare"] = time.perf_counter() - start
     start = time.perf_counter()
     if settings.points:
@@ -103,6 +107,18 @@ class _Lit:
         if mirrors.any():
             part = part_of(self.water, scene.water.twins, mirrors)
             self._ways.append(_Way(*part, shadowed[mirrors], lander(mirrored=True)))
+
+    def meets_backs(self):
+        """Whether light meets the back of any normal of a triangle that it lights."""
+        water = self.water
+        towards = self.water.source.incident(water.frame.T @ water.positions.T)[0]
+        used = np.flatnonzero(water.area)
+        facing = [
+            (water.normals[water.normal_triangles[used, k]] @ water.frame).T
+            * np.broadcast_to(towards, water.positions.T.shape)[:, water.triangles[used, k]]
+            for k in range(3)
+        ]
+        return any((f.sum(0) <= 0).any() for f in facing)
 
     def spread(self):
         """Flux [W] per owned texel (K,3), per cause of loss and in all (3,), by beams, and its predicted relative mean

@@ -77,11 +77,12 @@ def bend(along_sun, squared, eta):
 def bounce(along_sun, squared, eta):
     """What reflection does at normals N, as `bend`: g (n,) with t = d + g N, and the reflectance (n,), 1 - T.
 
-    Light that meets the back of a normal goes on as it came, the limit of grazing.
+    Light that meets the back of a normal is lost.
     """
     inverse = _inverse_length(squared)
     cos_i = np.maximum(along_sun * inverse, 0.0)
-    return 2 * cos_i * inverse, 1 - fresnel_transmittance(cos_i, cosine_refracted(cos_i, eta), eta)
+    transmittance = fresnel_transmittance(cos_i, cosine_refracted(cos_i, eta), eta)
+    return 2 * cos_i * inverse, (1 - transmittance) * (cos_i > 0)
 
 
 def _inverse_length(squared):

@@ -53,7 +53,7 @@ class PlaneLander:
         with np.errstate(divide="ignore", invalid="ignore"):  # light along the plane
             tau = -height / fall
             x, y = x + tau * dx, y + tau * dy
-        meets = (tau > 0) & np.isfinite(x) & np.isfinite(y)
+        meets = (tau > 0) & np.isfinite(x) & np.isfinite(y) & (share > 0)  # nothing passes at the back of normals
         x, y = np.where(meets, x, 0.0), np.where(meets, y, 0.0)
         carried = self.rows.of(met, share, tau, meets)
         return Nodes(m, n, np.where(meets, 0, MISSED), x, y, np.ones(len(x)), carried)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 _STEEP = 0.25  # least |cosine| between a face's normal and the axis of heights
-_RINGS = 2  # of vertices at the border of the faces that are steep for an axis, which are left to other sheets
+_RINGS = 5  # of vertices round steep faces that are left out: so near the rim of a fit the mesh is better
 _LEAST = {2: 0.02, 0: 0.002, 1: 0.002}  # of the water's area, across the axis of heights: less is a droplet
 _FEW = 50  # vertices: an upright sheet has more
 

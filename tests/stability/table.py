@@ -22,16 +22,7 @@ Made from the tests' own results by `./dapple test tests/stability --stability-t
 """
 
 # Row -> what is wrong there; to be emptied.
-KNOWN_WRONG = {
-    "The smooth water that a mesh samples (that overhangs)": "smooth sheets of overhanging crests err more than the "
-    "raw mesh does: 9e-4 against 8e-4 from 48 quads, 6e-4 against 8e-5 from 96",
-    **dict.fromkeys(
-        [f"Some vertices' normals lean so far that the sun is below their horizon ({e})" for e in (45, 20)],
-        "beams and points: what meets the back of a normal goes on into the water as it came, not refracted, and "
-        "lights the floor (4 and 12 % too much in points); beams take the transmittance for linear where it falls to "
-        "nothing",
-    ),
-}
+KNOWN_WRONG: dict[str, str] = {}
 
 
 def known_wrong(argument, values, row):
