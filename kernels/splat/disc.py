@@ -30,6 +30,7 @@ _GRAIN = 3  # cells along a texel, at most
 _LEAST = 0.1  # texels: smaller ellipses change nothing
 _NEAR = 0.95  # cells^2, both ways together: ellipses whose light the next cells can hold
 _BLENDED, _ALIKE, _BLENDS = 0.3, 0.35, 4  # of the largest: between second moments on a lattice; less is one; at most
+_ROUNDING = 1e-13  # of all flux
 _GOLDEN = (np.sqrt(5) - 1) / 2
 
 
@@ -191,6 +192,7 @@ def _over_ellipses(flux, mask, on, moments, grain):
         kernels.append(_kernel(np.array([[xx, xy], [xy, yy]])))
         parts.append(flux * _cells(weight, grain))
     blurred = mask * _convolved(parts, kernels)
+    blurred[blurred < _ROUNDING * flux.sum()] = 0  # what the transform leaves where no light is
     # What left the chart goes back to where such light comes from: as the largest ellipse tells, and each one's own.
     largest = max(range(len(kernels)), key=lambda k: len(kernels[k]))
     size = np.sqrt(moments[0] + moments[1])

@@ -40,7 +40,7 @@ _SIGHT, _THIN = (1.0, 2.0), 1e-3  # by the root of the tolerance over the second
 _MOST = 1 << 26  # photons in a half
 _REASONS = {False: "beams find every path, without noise, whatever the receiver", True: "points find every path"}
 _LEFT_OUT = [
-    "what lies between the rays: objects less than half a texel wide as the light sees them count in part",
+    "what lies between the rays: objects less than a texel wide as the light sees them count in part",
     "penumbrae of objects as wide as they are: they get the width of the water's own",
     "the size of lamps other than suns: light comes from their centre",
 ]

@@ -89,6 +89,13 @@ def test_light_does_not_leave_its_chart():
     assert image[:, :32].min() > 0 and image[:, 33:].max() < 1e-12
 
 
+def test_dark_stays_dark_and_none_is_negative():
+    """Half of a slope lies outside the light: large ellipses, blended by transforms, leave nothing there."""
+    scene = with_disc(pool(quads=32, receivers=[SLOPE], side=2.0), np.radians(6.0))
+    image = bake(scene).images[0]
+    assert image.min() == 0 and (image == 0).mean() > 0.2
+
+
 @pytest.mark.parametrize("size", [0.05, 0.2, 0.7, 3.0, 12.0])
 def test_kernels_have_the_moments_that_are_asked(size):
     covariance = size * np.array([[1.0, 0.3], [0.3, 0.6]])
