@@ -5,6 +5,8 @@ from __future__ import annotations
 import time
 from dataclasses import replace
 
+import numpy as np
+
 from .dispersion import etas, solve_channels
 from .scene import SURFACES, Point
 from .sound_water import sound_water
@@ -59,18 +61,26 @@ def _as_cycles(answer, scene, settings):
 
 
 def _near_origin(scene, texels):
-    """The same scene and Texels with the water's middle at the origin: far away, few digits are left for the waves."""
-    if not len(scene.water.positions):
+    """The same scene and Texels with the water's middle, or the casters' where there is none, at the origin: far away,
+    few digits are left for the waves."""
+    meshes = (scene.water,) if len(scene.water.positions) else scene.casters
+    positions = np.concatenate([np.zeros((0, 3)), *(mesh.positions for mesh in meshes)])
+    if not len(positions):
         return scene, texels
-    middle = (scene.water.positions.min(0) + scene.water.positions.max(0)) / 2
+    middle = (positions.min(0) + positions.max(0)) / 2
 
     def moved(thing):
         return replace(thing, positions=thing.positions - middle)
 
-    receivers, occluders = (tuple(map(moved, group)) for group in (scene.receivers, scene.occluders))
+    groups = {name: tuple(map(moved, getattr(scene, name))) for name in ("receivers", "occluders", "casters")}
     lights = tuple(
         replace(light, position=light.position - middle) if isinstance(light, Point) else light
         for light in scene.lights
     )
-    scene = replace(scene, water=moved(scene.water), receivers=receivers, occluders=occluders, lights=lights)
+    volume = scene.volume
+    if volume is not None:
+        back = np.eye(4)
+        back[:3, 3] = -middle
+        volume = replace(volume, matrix=back @ volume.matrix)
+    scene = replace(scene, water=moved(scene.water), lights=lights, volume=volume, **groups)
     return scene, tuple(map(moved, texels))

@@ -1,4 +1,4 @@
-"""What a solver is given: water, receivers, occluders, lights. Arrays in, no Blender.
+"""What a solver is given: water, casters, receivers, occluders, lights. Arrays in, no Blender.
 
 Meshes are world space, metres, float64; triangles index vertices and are wound counter-clockwise seen from the side
 that the normals point to.
@@ -26,6 +26,18 @@ def _check_index(name, index, count):
         raise ValueError(f"{name} must lie in [0, {count}), got {index.min()} to {index.max()}")
 
 
+def _check_shaded(mesh):
+    """Raise ValueError unless the arrays of a mesh with normals of its own fit each other."""
+    _check("positions", mesh.positions, 3)
+    _check("triangles", mesh.triangles, 3)
+    _check("normals", mesh.normals, 3)
+    _check("normal_triangles", mesh.normal_triangles, 3)
+    _check_index("triangles", mesh.triangles, len(mesh.positions))
+    _check_index("normal_triangles", mesh.normal_triangles, len(mesh.normals))
+    if len(mesh.normal_triangles) != len(mesh.triangles):
+        raise ValueError(f"normal_triangles must have shape {mesh.triangles.shape}, got {mesh.normal_triangles.shape}")
+
+
 @dataclass(frozen=True)
 class Water:
     """The refracting surface of one frame.
@@ -43,16 +55,7 @@ class Water:
     twins: np.ndarray
 
     def __post_init__(self):
-        _check("positions", self.positions, 3)
-        _check("triangles", self.triangles, 3)
-        _check("normals", self.normals, 3)
-        _check("normal_triangles", self.normal_triangles, 3)
-        _check_index("triangles", self.triangles, len(self.positions))
-        _check_index("normal_triangles", self.normal_triangles, len(self.normals))
-        if len(self.normal_triangles) != len(self.triangles):
-            raise ValueError(
-                f"normal_triangles must have shape {self.triangles.shape}, got {self.normal_triangles.shape}"
-            )
+        _check_shaded(self)
         if self.twins.shape != (3 * len(self.triangles),):
             raise ValueError(f"twins must have shape ({3 * len(self.triangles)},), got {self.twins.shape}")
 
@@ -87,6 +90,57 @@ class Occluder:
         _check("positions", self.positions, 3)
         _check("triangles", self.triangles, 3)
         _check_index("triangles", self.triangles, len(self.positions))
+
+
+@dataclass(frozen=True)
+class Glass:
+    """A smooth dielectric that encloses what is behind its normals: eta, its index of refraction over that of air;
+    sigma_a (3,) [1/m] in it; reflects and transmits (3,): colours by which each meeting multiplies Fresnel's shares."""
+
+    eta: float
+    sigma_a: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    reflects: np.ndarray = field(default_factory=lambda: np.ones(3))
+    transmits: np.ndarray = field(default_factory=lambda: np.ones(3))
+
+
+@dataclass(frozen=True)
+class Mirror:
+    """A smooth opaque surface that reflects on both sides: f0 and f90 (3,), its reflectance along the normal and at
+    grazing incidence, with Schlick's curve between them."""
+
+    f0: np.ndarray
+    f90: np.ndarray
+
+
+@dataclass(frozen=True)
+class Caster:
+    """A mesh other than the water that bends light or mirrors it: arrays as those of Water, and its Glass or Mirror.
+
+    Raises ValueError for shapes and indices that do not fit.
+    """
+
+    name: str
+    positions: np.ndarray
+    triangles: np.ndarray
+    normals: np.ndarray
+    normal_triangles: np.ndarray
+    material: Glass | Mirror
+
+    def __post_init__(self):
+        _check_shaded(self)
+
+
+@dataclass(frozen=True)
+class Volume:
+    """A box that bounds the work of the casters: matrix (4,4) takes the cube [-1, 1]^3 to it, in the world; culling
+    (6,) bool, the faces -x, +x, -y, +y, -z, +z of that cube through which light that leaves is dropped."""
+
+    matrix: np.ndarray
+    culling: tuple[bool, ...] = (False,) * 6
+
+    def __post_init__(self):
+        if np.shape(self.matrix) != (4, 4) or len(self.culling) != 6:
+            raise ValueError(f"matrix must have shape (4, 4) and culling (6,), got {np.shape(self.matrix)}")
 
 
 @dataclass(frozen=True)
@@ -144,7 +198,8 @@ class Spot(Point):
 @dataclass(frozen=True)
 class Scene:
     """All that one frame needs. Receivers block light too; the water blocks none. lights: Sun, Point or Spot, above the
-    water; eta and sigma_a (3,) [1/m], refraction and absorption of what is below it."""
+    water; eta and sigma_a (3,) [1/m], refraction and absorption of what is below it. A scene without water has one
+    without triangles. casters: what else throws caustics; volume: what bounds their work, None for their own bounds."""
 
     water: Water
     receivers: tuple[Receiver, ...]
@@ -152,6 +207,8 @@ class Scene:
     lights: tuple[Sun | Point, ...]
     eta: float = WATER_IOR
     sigma_a: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    casters: tuple[Caster, ...] = ()
+    volume: Volume | None = None
 
     def __post_init__(self):
         if np.shape(self.sigma_a) != (3,) or not (np.asarray(self.sigma_a) >= 0).all():
@@ -168,7 +225,8 @@ class Settings:
     points in place of beams, with the seed of their strata, as an independent check; first_root: the walk stops at the
     first path to a texel's centre, as its source does; surface: "auto" for the smooth water that a smooth-shaded mesh
     samples, "mesh" for the mesh as it is; dispersion: the water's Abbe number, 0 for one index for all colours, see
-    `dispersion.py`; match_cycles: divide the images by eta^2, as Cycles shows what lies under water."""
+    `dispersion.py`; match_cycles: divide the images by eta^2, as Cycles shows what lies under water; bounces: at how
+    many surfaces light is bent or mirrored, at most, on its way over casters."""
 
     method: str = "auto"
     tolerance: float = 0.01
@@ -180,6 +238,7 @@ class Settings:
     surface: str = "auto"
     dispersion: float = 0.0
     match_cycles: bool = False
+    bounces: int = 6
 
 
 @dataclass
