@@ -32,3 +32,10 @@ def answer(scene, texels, irradiance, status, work):
         codes.append(flat.reshape(own.resolution, own.resolution))
     work.texels = counts(np.asarray(status, np.uint8))
     return Solution(tuple(images), tuple(codes), work)
+
+
+def book(work, lost, met, share=1.0):
+    """Add a `share` of {cause: (3,) W} lost and of what met the water (3,) to the books."""
+    work.flux_in = work.flux_in + share * met
+    for cause, watts in lost.items():
+        work.flux_lost[cause] = work.flux_lost.get(cause, np.zeros(3)) + share * watts

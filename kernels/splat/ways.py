@@ -1,0 +1,178 @@
+"""One light and the ways that it takes from the water: through it and off it, by beams or by points, and the books."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..lit_water import light_water, may_be_shadowed, part_of
+from ..scene import Spot, Sun
+from .beams import splat
+from .disc import Disc, within_disc
+from .lander import Lander
+from .landing import Plane, Rays
+from .meetings import Meetings
+from .photons import batches
+from .plane import PlaneLander, one_plane
+from .reflection import may_reflect_onto
+from .sheet import Sheet
+
+AGAIN = "second_meeting", "trapped"  # causes of loss where light meets the water again
+_DIRECTIONS = 32  # from which points of one half come, of a sun with a disc
+_ROUNDING = 1e-12
+# texels: how wide a thing may stand between rays unseen. On pool.blend 2 texels leave an error of 1e-5 and 1 of 4e-7.
+_SIGHT, _THIN = (1.0, 2.0), 1e-3  # by the root of the tolerance over the second
+
+
+class Lit:
+    """One light, the water in it, and where that lands."""
+
+    def __init__(self, scene, light, texels, tracer, outlines, solids, settings):
+        self.scene, self.light, self.texels = scene, light, texels
+        self._rest, self._tolerance = (tracer, outlines, solids, settings), settings.tolerance
+        self.water, self._again = light_water(scene.water, light), 0
+        shadowed = may_be_shadowed(self.water, *solids)
+        meetings = Meetings.of(self.water, scene.water.twins, tracer, scene.eta)
+        mirrors = may_reflect_onto(self.water, scene.receivers, meetings)
+        never = meetings.never(self.water.source)
+        source, medium = self.water.source, (scene.eta, np.asarray(scene.sigma_a, float))
+
+        radius = light.angle / 2 if isinstance(light, Sun) else 0.0
+        self.disc = Disc(self.water, scene.receivers, texels, scene.eta, radius, settings.tolerance)
+
+        def lander(mirrored):
+            again = None if never and not mirrored else meetings
+            return Lander(scene.receivers, texels, tracer, outlines, again, source, *medium, mirrored)
+
+        through = lander(mirrored=False)
+        # The rim of a cone is a border, which needs rays; points know the plane for the sun in clear water only.
+        plain = never and not (
+            shadowed.any() or isinstance(light, Spot) or (settings.points and through.rows.total > 1)
+        )
+        plane = one_plane(scene, texels) if plain else None
+        if plane is not None:
+            through = PlaneLander(plane, texels[0].chart, source, *medium)
+        self._rows, self._power = through.rows, source.power
+        self._ways = [Way(self.water, scene.water.twins, shadowed, through)]
+        if mirrors.any():
+            part = part_of(self.water, scene.water.twins, mirrors)
+            self._ways.append(Way(*part, shadowed[mirrors], lander(mirrored=True)))
+
+    def meets_backs(self):
+        """Whether light meets the back of any normal of a triangle that it lights."""
+        water = self.water
+        towards = self.water.source.incident(water.frame.T @ water.positions.T)[0]
+        used = np.flatnonzero(water.area)
+        facing = [
+            (water.normals[water.normal_triangles[used, k]] @ water.frame).T
+            * np.broadcast_to(towards, water.positions.T.shape)[:, water.triangles[used, k]]
+            for k in range(3)
+        ]
+        return any((f.sum(0) <= 0).any() for f in facing)
+
+    def spread(self):
+        """Flux [W] per owned texel (K,3), per cause of loss and in all (3,), by beams, and its predicted relative mean
+        squared error, which is to be within the tolerance."""
+        side = self.texels[0].resolution
+        sheet = Sheet(self._ways[-1].lander.image, len(self.texels), side, self._rows.count, self.disc.grain)
+        texel_area = [t.area.sum() / len(t.area) for t in self.texels]
+        count, area = sum(len(t.area) for t in self.texels), sum(t.area.sum() for t in self.texels)
+        mean = min(self.water.light() / area, 1.0)  # if all light arrives, or as much as the source's power
+        square = count * mean**2
+        sight = float(np.clip(np.sqrt(self._tolerance / _THIN), *_SIGHT))
+        work = [splat(*w.start(), sheet, texel_area, self._tolerance * square, sight) for w in self._ways]
+        lost, met, errors = zip(*work, strict=True)
+        flux = sheet.flux()
+        beside = sheet.landed - flux.sum(1)
+        lost[0]["missed"] += np.where(beside > _ROUNDING * sheet.landed, beside, 0.0)
+        flux = np.stack([self.disc.blur(channel) for channel in flux])
+        owned, *books = self._own(flux, lost, met)
+        arrived = flux.sum() / sheet.channels / area
+        error = sum(errors) / square * (mean / arrived) ** 2 if arrived > 0 else 0.0
+        return owned, *books, error + self._doubt(owned)
+
+    def _doubt(self, owned):
+        """Relative mean squared error that the blur by the disc leaves in flux (K,3)."""
+        if not (self.disc.seen and owned.any()):
+            return 0.0
+        mean = owned.sum(1) / np.concatenate([t.area for t in self.texels])
+        return self.disc.error * mean.var() / mean.mean() ** 2
+
+    def throw(self, photons, rng):
+        """As `spread`, by about `photons` points, and how many there were."""
+        if self.disc.seen:
+            return self._throw_from_disc(photons, rng)
+        flux, lost, met, used = 0.0, [], [], 0
+        for way in self._ways:
+            landing = way.points(self.scene, self.texels)
+            for triangles, points, each in batches(way.water, photons * way.share(self.water), rng):
+                landing.add(triangles, points, each)
+                used += len(triangles) * points.shape[1]
+            landed, own, all_of_it = landing.take()
+            flux, lost, met = flux + landed, [*lost, own], [*met, all_of_it]
+        return *self._own(flux, lost, met), used
+
+    def _throw_from_disc(self, photons, rng):
+        """As `throw`, from single directions within the sun's disc."""
+        suns = within_disc(self.light, _DIRECTIONS, rng)
+        flux, lost, met, used = 0.0, {}, 0.0, 0
+        for sun in suns:
+            part = Lit(self.scene, sun, self.texels, *self._rest)
+            own, causes, all_of_it, count = part.throw(photons / len(suns), rng)
+            self._again += part.again()
+            flux, met, used = flux + own / len(suns), met + all_of_it / len(suns), used + count
+            lost = {cause: lost.get(cause, 0.0) + watts / len(suns) for cause, watts in causes.items()}
+        return flux, lost, met, used
+
+    def again(self):
+        """How many rays met the water again."""
+        return self._again + sum(way.lander.again for way in self._ways)
+
+    def _own(self, flux, lost, met):
+        """What the texels own of the images' flux (C, texels), what is lost, and what met the water; beside the charts
+        it is missed.
+
+        Light that is reflected is lost, by the first of `lost`, until the way that follows it has brought it home.
+        """
+        books = lost[0]
+        for all_of_it, own in zip(met[1:], lost[1:]):
+            again = {cause: own[cause] for cause in AGAIN if cause in own}
+            books["reflected"] = books["reflected"] - (all_of_it - sum(own.values()) + sum(again.values()))
+            books |= {cause: books.get(cause, 0.0) + watts for cause, watts in again.items()}
+        owned = []
+        for k, channel in enumerate(flux):
+            parts = [t.gather(part) for t, part in zip(self.texels, np.split(channel, len(self.texels)), strict=True)]
+            books["missed"][k] += sum(off for _, off in parts)
+            owned.append(np.concatenate([own for own, _ in parts]))
+        coloured = {cause: self._in_colour(watts) for cause, watts in books.items()}
+        return self._in_colour(np.stack(owned)).T, coloured, met[0] * self._power
+
+    def _in_colour(self, flux):
+        """Flux [W] (3, ...) in red, green and blue of flux (C, ...) [W for 1 W/m^2] of the channels."""
+        return (flux[self._rows.channel].T * self._power).T
+
+
+class Way:
+    """A way that light takes from the water, through it or off it: from which LitWater, with its twins, where it may
+    lie in a shadow (T,), and the Lander that follows it."""
+
+    def __init__(self, water, twins, shadowed, lander):
+        self.water, self.twins, self.shadowed, self.lander = water, twins, shadowed, lander
+        self._points = None
+
+    def start(self):
+        """What `splat` takes of it."""
+        return self.water, self.twins, self.lander, self.shadowed
+
+    def share(self, water):
+        """Share of the light on `water` that starts this way."""
+        total = water.area.sum()
+        return self.water.area.sum() / total if total else 0.0
+
+    def points(self, scene, texels):
+        """What lands points that go this way."""
+        if self._points is None:
+            if self.lander.certain:
+                self._points = Plane(texels[0], scene.eta, self.water, self.lander.plane)
+            else:
+                self._points = Rays(self.lander, len(texels), texels[0].resolution, self.water, self.shadowed)
+        return self._points
