@@ -1,5 +1,6 @@
 """Fixtures for tests that need Blender, here as the Python module bpy."""
 
+import numpy as np
 import pytest
 
 
@@ -14,3 +15,14 @@ def empty_scene():
     dapple.register()
     yield bpy.context.scene
     dapple.unregister()
+
+
+@pytest.fixture
+def out(empty_scene, tmp_path):
+    """A folder that has maps of "Floor" and "Wall" for frames 3 to 5: the irradiance is the frame's number."""
+    from dapple.operators.write import map_path, write_exr
+
+    for name in ("Floor", "Wall"):
+        for frame in (3, 4, 5):
+            write_exr(map_path(tmp_path, name, frame), np.full((4, 4, 3), float(frame)))
+    return tmp_path

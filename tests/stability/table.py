@@ -2,8 +2,6 @@
 
 from dataclasses import dataclass, field
 
-import pytest
-
 from dapple.tests.stability.judge import METHODS
 
 _HEAD = """# Stability
@@ -13,27 +11,12 @@ Constructions that are known to be awkward, one test each in `tests/stability/`,
 a part of what is expected there). Points and all roots are as exact as they are asked to be, here 1e-3: four times that
 and half of a texel's light are theirs on top. The first root is judged by its mean over 8 x 8 points a texel.
 *Reported*: not right, but every texel that is off carries a status that says why, or a sentence of the record
-(`left_out`) does. **Wrong**: off, and silent. No cell may be, but for those that are known and named below the table;
-their tests are expected to fail, and fail where they do not.
+(`left_out`) does. **Wrong**: off, and silent. No cell may be.
 
 Unless a row says otherwise the water is the mesh as it is, without reconstruction. The last column says why the
 expected answer is right.
 Made from the tests' own results by `./dapple test tests/stability --stability-table docs/stability.md`.
 """
-
-# Row -> what is wrong there; to be emptied.
-KNOWN_WRONG: dict[str, str] = {}
-
-
-def known_wrong(argument, values, row):
-    """As `pytest.mark.parametrize` of one argument; cases whose row, `row` of the value, is known to be wrong are
-    expected to fail, and fail where they do not."""
-    cases = []
-    for value in values:
-        reason = KNOWN_WRONG.get(row.format(value))
-        marks = [pytest.mark.xfail(strict=True, reason=reason)] if reason else []
-        cases.append(pytest.param(value, id=str(value), marks=marks))
-    return pytest.mark.parametrize(argument, cases)
 
 
 @dataclass
@@ -63,10 +46,8 @@ def page(rows):
         lines.append(row.line(notes))
     head = f"| construction | {' | '.join(METHODS)} | tolerance | expected, and why |"
     rule = "|---" * (len(METHODS) + 3) + "|"
-    wrong = ["What is wrong:", "", *(f"- {name}: {what}" for name, what in KNOWN_WRONG.items()), ""]
-    wrong = wrong if KNOWN_WRONG else []
     told = [f"{number}. {text}" for text, number in notes.items()]
-    return "\n".join([_HEAD, head, rule, *lines, "", "What is reported:", "", *told, "", *wrong])
+    return "\n".join([_HEAD, head, rule, *lines, "", "What is reported:", "", *told, ""])
 
 
 def _cell(verdict, notes):

@@ -6,11 +6,11 @@ The truth is a mesh many times as fine, with exact normals; the coarse one has t
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from waves import calm, five_sines, flat, mesh_water, pool, water
 
 from dapple.tests.stability.constructions import curl, droplets, joined, with_triangles
 from dapple.tests.stability.judge import Verdict, run
-from dapple.tests.stability.table import known_wrong
 
 SIDE = 64
 COARSE, FINE = 48, 384
@@ -71,7 +71,7 @@ WATERS = {
 }
 
 
-@known_wrong("name", WATERS, "The smooth water that a mesh samples ({})")
+@pytest.mark.parametrize("name", WATERS)
 def test_smooth_water_is_no_worse_than_its_mesh(row, name):
     """The smooth water that a mesh samples
 

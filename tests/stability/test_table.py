@@ -5,8 +5,6 @@ from pathlib import Path
 
 import pytest
 
-from dapple.tests.stability.table import KNOWN_WRONG
-
 HERE = Path(__file__).parent
 
 
@@ -31,8 +29,7 @@ def test_the_table_names_every_construction(table):
     assert not missing, f"{missing}: run ./dapple test tests/stability --stability-table docs/stability.md"
 
 
-def test_no_cell_is_wrong_but_those_that_are_known(table):
+def test_no_cell_is_wrong(table):
     rows = [line for line in table.splitlines() if line.startswith("| ")]
     assert len(rows) > 60 and "right" in table
-    assert {line.split(" | ")[0][2:] for line in rows if "**wrong**" in line} == set(KNOWN_WRONG)
-    assert all(what in table for what in KNOWN_WRONG.values())
+    assert not [line for line in rows if "**wrong**" in line]
