@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from .facets import Facets
 from .maps.uv_raster import cross2, touching
-from .optics import sun_frame
+from .optics import dot, sun_frame
 from .scene import Spot, Sun
 from .sources import Central, Parallel, in_cone
 
 _SHADOW_GRID = 256  # cells along the longer side of the water, at most
 _CLOSE = 1e-3  # of the water's extent: a lamp this near to its plane, or behind it, may cast any shadow
+_EVEN = 1e-9  # of all weight: a closed body of water shows as much of one side as of the other
 _NEAR = 1e-6  # of the distance to the water: what blocks light nearer to the lamp than that is no object
 
 
@@ -20,66 +23,93 @@ _NEAR = 1e-6  # of the distance to the water: what blocks light nearer to the la
 class LitWater:
     """Water in the light of one source.
 
-    positions (V,3) and normals (N,3), turned towards the light if the whole surface was wound away from it: for a Sun
-    in its frame (`optics.sun_frame`), where light travels along -z, for lamps in the world; triangles and
-    normal_triangles (T,3); area (T,) [m^2] across the light, 0 for triangles whose normals face away; frame (3,3) from
-    the world to that of positions; source: Parallel or Central. For lamps area is what makes area x met the flux, see
-    `sources.Central`.
+    points (V,3) and shading (N,3), positions and normals in the world, these turned towards the light if the whole
+    surface was wound away from it; triangles and normal_triangles (T,3); facets: their Facets; area (T,) [m^2] across
+    the light, 0 for triangles whose normals face away; frame (3,3) from the world to that of the light: for a Sun
+    `optics.sun_frame`, where light travels along -z, for lamps the world's own; source: Parallel or Central. For lamps
+    area is what makes area x met the flux, see `sources.Central`.
     """
 
-    positions: np.ndarray
-    normals: np.ndarray
+    points: np.ndarray
+    shading: np.ndarray
     triangles: np.ndarray
     normal_triangles: np.ndarray
+    facets: Facets
     area: np.ndarray
     frame: np.ndarray
     source: Parallel | Central
 
+    @cached_property
+    def positions(self):
+        """Positions (V,3) in the light's frame."""
+        return self.points @ self.frame.T
+
+    @cached_property
+    def normals(self):
+        """Normals (N,3) in the light's frame."""
+        return self.shading @ self.frame.T
+
     def light(self):
         """Flux on the water over the source's power [m^2], from what meets the triangles' centres."""
-        centres = self.positions[self.triangles].mean(1) @ self.frame if self.source.varies else np.zeros((0, 3))
+        centres = self.points[self.triangles].mean(1) if self.source.varies else np.zeros((0, 3))
         light = (self.area * self.source.incident(centres.T)[2]).sum()
         return light if light > 0 else self.area.sum()  # a cone between the centres
 
+    def meets_backs(self):
+        """Whether light meets the back of any normal of a triangle that it lights."""
+        if not self.source.varies:
+            back = self.shading @ self.frame[2] <= 0
+            return bool(back.any() and back[self.normal_triangles[self.area > 0]].any())
+        for k in range(3):
+            at = self.triangles[self.area > 0, k], self.normal_triangles[self.area > 0, k]
+            towards = self.source.incident(self.points[at[0]].T)[0]
+            if (dot(self.shading[at[1]].T, towards) <= 0).any():
+                return True
+        return False
 
-def light_water(water, light):
-    """The LitWater of a Water under a Sun, Point or Spot."""
-    return _under_sun(water, light) if isinstance(light, Sun) else _under_lamp(water, light)
+
+def light_water(water, light, facets=None):
+    """The LitWater of a Water, with its Facets if they are known, under a Sun, Point or Spot."""
+    triangles, normal_triangles = water.triangles, water.normal_triangles
+    facets = facets or Facets.of(water.positions, water.normals, triangles, normal_triangles)
+    look = _under_sun if isinstance(light, Sun) else _under_lamp
+    area, away, frame, source = look(water, light, facets)
+    if not away:
+        return LitWater(water.positions, water.normals, triangles, normal_triangles, facets, area, frame, source)
+    facets = Facets(facets.across, -facets.leaning)
+    return LitWater(water.positions, -water.normals, triangles, normal_triangles, facets, area, frame, source)
 
 
-def _under_sun(water, sun):
+def _under_sun(water, sun, facets):
+    """Area (T,) across the light, whether the surface is wound away from it, the light's frame and source."""
     frame = sun_frame(sun.direction)
-    positions, normals = water.positions @ frame.T, water.normals @ frame.T
-    corners = np.take(positions[:, :2], water.triangles, axis=0)
-    area = np.abs(cross2(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])) / 2
-    facing = np.take(normals[:, 2], water.normal_triangles).sum(1)
-    normals, area = _turned(normals, area, facing)
-    return LitWater(positions, normals, water.triangles, water.normal_triangles, area, frame, Parallel(sun))
+    area = np.abs(frame[2] @ facets.across) / 2
+    return *_turned(area, frame[2] @ facets.leaning), frame, Parallel(sun)
 
 
-def _under_lamp(water, lamp):
+def _under_lamp(water, lamp, facets):
+    """As `_under_sun`."""
     soup = water.positions[water.triangles]
     towards = lamp.position - soup
-    across = np.cross(soup[:, 1] - soup[:, 0], soup[:, 2] - soup[:, 0])
-    volume = np.abs((across * towards[:, 0]).sum(1)) / 2
+    volume = np.abs((facets.across.T * towards[:, 0]).sum(1)) / 2
     towards /= np.maximum(np.linalg.norm(towards, axis=2, keepdims=True), np.finfo(float).tiny)
     facing = (water.normals[water.normal_triangles] * towards).sum((1, 2))
     away = np.linalg.norm(soup.mean(1) - lamp.position, axis=1)
     solid_angle = volume / np.maximum(away, np.finfo(float).tiny) ** 3
     total = solid_angle.sum()
     reach = np.cbrt(volume.sum() / total) if total > 0 else 1.0  # so that what is met is 1 in the mean
-    normals, area = _turned(water.normals, volume / reach, facing, solid_angle)
+    area, turned = _turned(volume / reach, facing, solid_angle)
     if isinstance(lamp, Spot):
         area = np.where(in_cone(lamp, soup), area, 0.0)
-    source = Central(lamp, reach)
-    return LitWater(water.positions, normals, water.triangles, water.normal_triangles, area, np.eye(3), source)
+    return area, turned, np.eye(3), Central(lamp, reach)
 
 
-def _turned(normals, area, facing, weight=None):
-    """Normals towards the light, and area (T,) without what faces (T,) away from it; by the majority of `weight`."""
-    if ((area if weight is None else weight) * np.sign(facing)).sum() < 0:
-        normals, facing = -normals, -facing
-    return normals, np.where(facing > 0, area, 0.0)
+def _turned(area, facing, weight=None):
+    """Area (T,) without what faces (T,) away from the light, and whether normals are to be turned for that: by the
+    majority of `weight`."""
+    weight = area if weight is None else weight
+    turned = weight @ np.sign(facing) < -_EVEN * weight.sum()
+    return np.where(facing < 0 if turned else facing > 0, area, 0.0), turned
 
 
 def part_of(lit, twins, chosen):
@@ -88,9 +118,12 @@ def part_of(lit, twins, chosen):
     half = np.full(twins.shape, -1)
     kept = (3 * ids[:, None] + np.arange(3)).ravel()
     half[kept] = np.arange(len(kept))
-    positions, triangles = _used(lit.positions, lit.triangles[ids])
-    normals, normal_triangles = _used(lit.normals, lit.normal_triangles[ids])
-    part = LitWater(positions, normals, triangles, normal_triangles, lit.area[ids], lit.frame, lit.source)
+    points, triangles = _used(lit.points, lit.triangles[ids])
+    shading, normal_triangles = _used(lit.shading, lit.normal_triangles[ids])
+    if np.array_equal(triangles, normal_triangles):
+        normal_triangles = triangles
+    facets = Facets(lit.facets.across[:, ids], lit.facets.leaning[:, ids])
+    part = LitWater(points, shading, triangles, normal_triangles, facets, lit.area[ids], lit.frame, lit.source)
     return part, np.where(twins[kept] >= 0, half[twins[kept]], -1)
 
 
@@ -111,12 +144,12 @@ def may_be_shadowed(lit, positions, triangles):
     marked = np.zeros(len(lit.area), bool)
     ids = np.flatnonzero(lit.area)
     if not lit.source.varies:
-        up = lit.frame[:, 2]  # in the light's frame
-        if up[2] > 0 and positions[:, 2].max(initial=-np.inf) < (lit.positions @ up).min(initial=np.inf):
+        up = lit.frame[2, 2]
+        if up > 0 and positions[:, 2].max(initial=-np.inf) < lit.points[:, 2].min(initial=np.inf):
             return marked  # nothing is higher than the water, and the light comes from above
         marked[ids] = _overshadowed(lit.positions[lit.triangles[ids]], (positions @ lit.frame.T)[triangles])
         return marked
-    water, objects = _from_lamp(lit.positions[lit.triangles[ids]], positions[triangles], lit.source.position)
+    water, objects = _from_lamp(lit.points[lit.triangles[ids]], positions[triangles], lit.source.position)
     marked[ids] = _overshadowed(water, objects) if water is not None else True
     return marked
 

@@ -13,6 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ..facets import Facets, cross
 from ..halfedges import AFTER
 from ..maps.coverage import edge_coverage
 from ..maps.uv_raster import cross2
@@ -58,14 +59,12 @@ class Meetings:
     steep (T,) bool: triangles that are steep or do not look up; gentle: slope of the steepest of the others.
     """
 
-    def __init__(self, positions, normals, triangles, normal_triangles, twins, solids, eta):
+    def __init__(self, positions, normals, triangles, normal_triangles, twins, solids, eta, facets=None):
         self._positions, self._normals = positions, normals
         self._triangles, self._normal_triangles = triangles, normal_triangles
         self._solids, self._eta = solids, eta
-        soup = np.ascontiguousarray(positions[triangles].transpose(1, 2, 0))
-        across = _cross(soup[1] - soup[0], soup[2] - soup[0])
-        across *= _turn(across, normals, normal_triangles)
-        squared = _squared_slopes(across)
+        facets = facets or Facets.of(positions, normals, triangles, normal_triangles)
+        squared = _squared_slopes(facets.outward())
         self.steep = squared > _STEEP**2
         self.slope, self.gentle = (float(np.sqrt(v.max(initial=0))) for v in (squared, squared[~self.steep]))
         self._stacked = np.isinf(self.slope) or _sheets(positions, triangles, twins) > 1 + _OVERLAP
@@ -73,8 +72,8 @@ class Meetings:
     @classmethod
     def of(cls, lit, twins, solids, eta):
         """The Meetings of a LitWater with its twins (3T,)."""
-        positions, normals = lit.positions @ lit.frame, lit.normals @ lit.frame
-        return cls(positions, normals, lit.triangles, lit.normal_triangles, twins, solids, eta)
+        surface = lit.points, lit.shading, lit.triangles, lit.normal_triangles
+        return cls(*surface, twins, solids, eta, lit.facets)
 
     def possible(self, direction):
         """Whether (k,) rays that leave the water along direction (3,k) may meet it again: False is certain."""
@@ -163,7 +162,7 @@ class Meetings:
         """Corners (3 of (3,n)) of triangles (n,), vectors (3,n) across them, and 1 or -1 (n,) to turn these out of the
         water."""
         corners = [self._positions[self._triangles[triangle, k]].T for k in range(3)]
-        across = _cross(corners[1] - corners[0], corners[2] - corners[0])
+        across = cross(corners[1] - corners[0], corners[2] - corners[0])
         return corners, across, _turn(across, self._normals, self._normal_triangles[triangle])
 
     def _meet(self, rays, at, triangle, distance):
@@ -193,19 +192,11 @@ class Meetings:
         """Unit normals (3,n), interpolated, at points (3,n) of triangles (n,)."""
         (v0, v1, v2), across, _ = self._facet(triangle)
         squared = (across**2).sum(0)
-        b = (_cross(point - v0, v2 - v0) * across).sum(0) / squared
-        c = (_cross(v1 - v0, point - v0) * across).sum(0) / squared
+        b = (cross(point - v0, v2 - v0) * across).sum(0) / squared
+        c = (cross(v1 - v0, point - v0) * across).sum(0) / squared
         n0, n1, n2 = (self._normals[self._normal_triangles[triangle, k]].T for k in range(3))
         normal = n0 + b * (n1 - n0) + c * (n2 - n0)
         return normal / np.sqrt((normal**2).sum(0))
-
-
-def _cross(a, b):
-    """Cross products (3,n) of vectors (3,n)."""
-    across = np.empty(np.broadcast_shapes(a.shape, b.shape))
-    for k in range(3):
-        across[k] = a[k - 2] * b[k - 1] - a[k - 1] * b[k - 2]
-    return across
 
 
 def _turn(across, normals, normal_triangles):

@@ -26,14 +26,13 @@ class MeshNodes:
     @classmethod
     def of(cls, lit, twins, lander, shadowed):
         """Those of a LitWater with twins (3T,), landed by a Lander; shadowed (T,) bool: look for shadows there."""
-        back, half = lit.frame.T, np.arange(lit.triangles.size)
-        if np.array_equal(lit.triangles, lit.normal_triangles):
-            corner, m, n = lit.triangles.astype(np.int64), back @ lit.positions.T, back @ lit.normals.T
+        half = np.arange(lit.triangles.size)
+        if lit.triangles is lit.normal_triangles:
+            corner, m, n = lit.triangles.astype(np.int64), lit.points.T, lit.shading.T
             owner = np.where((twins >= 0) & (twins < half), twins, half)  # of two half-edges the first has the node
         else:
             corner = half.reshape(-1, 3)
-            m = back @ lit.positions[lit.triangles.ravel()].T
-            n = back @ lit.normals[lit.normal_triangles.ravel()].T
+            m, n = lit.points[lit.triangles.ravel()].T, lit.shading[lit.normal_triangles.ravel()].T
             owner = half
         own = np.flatnonzero(owner == half)
         number = np.empty(len(half), np.int64)

@@ -44,7 +44,7 @@ def solve(scene, texels, settings):
     tracer = Tracer(*solids)
     outlines = Silhouettes(*solids)
     lights = [Lit(scene, light, texels, tracer, outlines, solids, settings) for light in scene.lights]
-    if not settings.points and any(lit.meets_backs() for lit in lights):
+    if not settings.points and any(lit.water.meets_backs() for lit in lights):
         work.left_out.append(_BACKS)
     work.seconds["prepare"] = time.perf_counter() - start
     start = time.perf_counter()

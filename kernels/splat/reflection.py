@@ -20,34 +20,35 @@ def may_reflect_onto(lit, receivers, meetings):
     lights = lit.area > 0
     if not lights.any():
         return lights
-    positions = lit.positions @ lit.frame
-    corners = positions[lit.triangles[lights]]
-    lowest = corners[:, :, 2].min()
-    solid = [positions[lit.triangles[meetings.steep]], *(r.positions[r.triangles] for r in receivers)]
+    at = slice(None) if lights.all() else lights
+    triangles, of = lit.triangles[at], lit.normal_triangles[at]
+    lowest = np.take(lit.points[:, 2], triangles).min()
+    solid = [lit.points[lit.triangles[meetings.steep]], *(r.positions[r.triangles] for r in receivers)]
     solid = np.concatenate([np.zeros((0, 3, 3)), *(s[s[:, :, 2].max(1) > lowest] for s in solid)])
-    ray, of = _rays(lit, corners, lights)
-    rise = ray[:, 2][of].min(1)
+    ray, of = _rays(lit, triangles, of)
     level = meetings.gentle / np.hypot(1, meetings.gentle)
-    near = rise < (max(_LEVEL, level) if len(solid) else level)
+    flat = ray[:, 2] < (max(_LEVEL, level) if len(solid) else level)
+    near = flat[of].any(1) if flat.any() else np.zeros(len(of), bool)
     if len(solid) and not near.all():
         ray = ray[np.unique(of[~near])]
-        near |= _under(corners, solid, ray[:, :2] / ray[:, 2:], lowest)
+        near |= _under(lit.points[triangles], solid, ray[:, :2] / ray[:, 2:], lowest)
     lights[lights] = near
     return lights
 
 
-def _rays(lit, corners, lights):
-    """Directions (k,3) of the light that triangles `lights` (T,) reflect, and which of them (n,3) at their corners."""
-    of = lit.normal_triangles[lights]
+def _rays(lit, triangles, normal_triangles):
+    """Directions (k,3) of the light that triangles (n,3) reflect, and which of them (n,3) at their corners."""
     if not lit.source.varies:
-        return reflected(lit.normals, np.array([0.0, 0.0, 1.0])) @ lit.frame, of
-    towards, _, _ = lit.source.incident(corners.reshape(-1, 3).T)
-    return reflected(lit.normals[of].reshape(-1, 3), towards.T), np.arange(of.size).reshape(of.shape)
+        return reflected(lit.shading, lit.frame[2]), normal_triangles
+    towards, _, _ = lit.source.incident(lit.points[triangles.ravel()].T)
+    of = np.arange(triangles.size).reshape(triangles.shape)
+    return reflected(lit.shading[normal_triangles.ravel()], towards.T), of
 
 
 def reflected(normals, towards):
     """Unit directions (n,3) of light from unit directions `towards` (n,3) or (3,) after reflection at normals (n,3)."""
-    along = np.maximum((normals * towards).sum(1), 0) / np.maximum((normals**2).sum(1), np.finfo(float).tiny)
+    along = np.maximum(np.einsum("...i,...i", normals, towards), 0)
+    along /= np.maximum(np.einsum("ni,ni->n", normals, normals), np.finfo(float).tiny)
     return 2 * along[:, None] * normals - towards
 
 

@@ -57,18 +57,6 @@ class Lit:
             part = part_of(self.water, scene.water.twins, mirrors)
             self._ways.append(Way(*part, shadowed[mirrors], lander(mirrored=True)))
 
-    def meets_backs(self):
-        """Whether light meets the back of any normal of a triangle that it lights."""
-        water = self.water
-        towards = self.water.source.incident(water.frame.T @ water.positions.T)[0]
-        used = np.flatnonzero(water.area)
-        facing = [
-            (water.normals[water.normal_triangles[used, k]] @ water.frame).T
-            * np.broadcast_to(towards, water.positions.T.shape)[:, water.triangles[used, k]]
-            for k in range(3)
-        ]
-        return any((f.sum(0) <= 0).any() for f in facing)
-
     def spread(self):
         """Flux [W] per owned texel (K,3), per cause of loss and in all (3,), by beams, and its predicted relative mean
         squared error, which is to be within the tolerance."""

@@ -58,7 +58,7 @@ class LightPaths:
 
     def first_water(self, points):
         """Triangle (n,) of the water that the straight ray from points (n,3) to the light meets first, -1 for none."""
-        water = Tracer(self.lit.positions @ self.lit.frame, self.lit.triangles)
+        water = Tracer(self.lit.points, self.lit.triangles)
         return water.first(points, self._towards(points)[0])
 
     @cached_property
@@ -118,9 +118,9 @@ def _upright(lit):
     """A LitWater, if of a lamp in a frame whose z is the mean normal of what it lights; under a sun z points to it."""
     if not lit.source.varies:
         return lit
-    normal = (lit.normals[lit.normal_triangles].mean(1) * lit.area[:, None]).sum(0)
+    normal = lit.facets.leaning @ lit.area
     length = np.linalg.norm(normal)
     if length == 0:
         return lit
     frame = sun_frame(-normal / length)
-    return replace(lit, positions=lit.positions @ frame.T, normals=lit.normals @ frame.T, frame=frame)
+    return replace(lit, frame=frame)
