@@ -40,7 +40,13 @@ def find_sheets(positions, triangles):
     area = np.sqrt((normals**2).sum(0))
     sheets, rest = [], np.ones(len(triangles), bool)
     for axis in (2, 0, 1):
-        for sheet in _along(axis, normals[axis], area, triangles, len(positions), rest):
+        steep = ~(np.abs(normals[axis]) >= _STEEP * area)
+        needles = np.flatnonzero(steep)
+        needles = needles[_gentle(turned(positions.T, axis), triangles[needles])]
+        steep[needles] = False
+        height = normals[axis].copy()
+        height[needles] = 0
+        for sheet in _along(axis, height, steep, area, triangles, len(positions), rest):
             sheets.append(sheet)
             rest &= ~sheet.on[triangles].all(1)
         if not rest.any():
@@ -48,10 +54,9 @@ def find_sheets(positions, triangles):
     return sheets
 
 
-def _along(axis, height, area, triangles, count, rest):
-    """The Sheets with heights along an axis that hold faces of `rest` (T,), by the faces' normals along it (T,). Faces
-    that look up and down never share one."""
-    steep = ~(np.abs(height) >= _STEEP * area)
+def _along(axis, height, steep, area, triangles, count, rest):
+    """The Sheets with heights along an axis that hold faces of `rest` (T,), by the faces' normals along it (T,) and
+    whether they are steep. Faces that look up and down never share one."""
     up, down, touching = np.zeros((3, count), bool)
     up[triangles[height > 0]] = down[triangles[height < 0]] = touching[triangles[steep]] = True
     both = up & down
@@ -74,6 +79,16 @@ def _along(axis, height, area, triangles, count, rest):
         support = np.flatnonzero(used)
         if inside.any() and (axis == 2 or len(support) > _FEW):
             yield Sheet(axis, support, used & ~far, inside)
+
+
+def _gentle(points, triangles):
+    """Whether no edge of triangles (n,3) rises more than it runs, heights last in points (3,V): then a steep normal is
+    only that of a needle, whose corners lie in a row in plan."""
+    gentle = np.ones(len(triangles), bool)
+    for k in range(3):
+        run = points[:, triangles[:, k]] - points[:, triangles[:, k - 1]]
+        gentle &= run[2] ** 2 <= run[0] ** 2 + run[1] ** 2
+    return gentle
 
 
 def components(triangles, count):

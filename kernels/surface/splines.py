@@ -43,12 +43,10 @@ class Splines:
         return smoothing.settle(points.T, slopes[k], self._distance(sheets[k], triangles))
 
     def _distance(self, sheet, triangles):
-        """Typical distance [m] of neighbours across the heights: the longest edges over sqrt 2, in the mean by area."""
-        corners = turned(self._positions, sheet.axis)[:2, triangles[sheet.faces].T]
-        x, y = corners
-        longest = np.sqrt(np.max([(x[k] - x[k - 1]) ** 2 + (y[k] - y[k - 1]) ** 2 for k in range(3)], axis=0))
-        area = np.abs((x[1] - x[0]) * (y[2] - y[0]) - (y[1] - y[0]) * (x[2] - x[0]))
-        return float((longest * area).sum() / area.sum() / np.sqrt(2))
+        """Typical distance [m] of neighbours across the heights: as on a square grid of as many vertices."""
+        x, y = turned(self._positions, sheet.axis)[:2, triangles[sheet.faces].T]
+        area = np.abs((x[1] - x[0]) * (y[2] - y[0]) - (y[1] - y[0]) * (x[2] - x[0])).sum() / 2
+        return float(np.sqrt(area / len(sheet.support)))
 
     def _fit(self, sheet, triangles):
         """The HeightField of a sheet; vertices that do not lie on it are taken from sheet.on, with two rings."""

@@ -211,6 +211,31 @@ def test_droplets_and_fins_stay_as_they_are():
     assert len(np.unique(np.round(smooth.positions, 12), axis=0)) == len(smooth.positions)
 
 
+def with_needles(mesh, shape=swell, every=50):
+    """The mesh with a vertex of the waves just beside the middle of the diagonals of some of its quads."""
+    triangles, positions, count = mesh.triangles.copy(), list(mesh.positions), len(mesh.positions)
+    more = []
+    for t in range(0, len(triangles) - 1, 2 * every):
+        (a, b, c), d = triangles[t], triangles[t + 1, 2]  # a b c and a c d
+        x, y = (positions[a] + positions[c])[:2] / 2 + 1e-6
+        positions.append([x, y, shape(x, y)[0]])
+        middle = count + t // (2 * every)
+        triangles[t], triangles[t + 1] = (a, b, middle), (middle, b, c)
+        more += [(a, c, d), (a, middle, c)]
+    return shaded_smooth(np.array(positions), np.concatenate([triangles, more]))
+
+
+def test_needles_hide_no_part_of_the_water():
+    """Three corners almost in a row in plan, on a bent surface: the facet is steep, the water is not."""
+    mesh = with_needles(jittered())
+    v = mesh.positions[mesh.triangles]
+    facet = np.cross(v[:, 1] - v[:, 0], v[:, 2] - v[:, 0])
+    assert (np.abs(facet[:, 2]) < 0.25 * np.linalg.norm(facet, axis=1)).sum() > 10
+    smooth, sentence = Reconstruction().apply(mesh, FINE)
+    assert f"for {len(mesh.triangles)} of {len(mesh.triangles)} triangles" in sentence
+    assert slope_error(smooth) < slope_error(jittered()) / 8
+
+
 def test_a_step_in_the_water_is_not_smoothed_away():
     """Two levels joined by steep faces, and a crease: vertices stay within a hundredth of their distance."""
     x, y, triangles = grid(40, 4.0)
