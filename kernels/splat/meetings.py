@@ -24,6 +24,8 @@ _MOST = 4  # meetings after the first that are followed
 _GRID = 128  # cells along each side of the plan in which sheets of water are counted
 _OVERLAP = 1e-6  # of a cell
 _OFF, _ROUNDING = 1e-3, 4e-6  # of the water's edges, and of its extent
+_NEEDLE = 4.0  # squared slope of a triangle over its edges', unless they all lie within 30 degrees in plan
+_CALM = 0.5  # slope: triangles that are no steeper are not looked at so closely
 _STEEP = np.sqrt(3)  # slope: triangles that are steeper are looked for one by one
 
 
@@ -55,7 +57,8 @@ class Meetings:
     """Water as rays meet it from within and from without.
 
     positions (V,3), normals (N,3) that point out of the water, triangles and normal_triangles (T,3), twins (3T,);
-    solids: a Tracer over all that ends a ray; eta. slope: of the steepest triangle, inf where one does not look up;
+    solids: a Tracer over all that ends a ray; eta. slope: of the steepest triangle, inf where one does not look up,
+    and no more than twice its steepest edge's, which is that of the water where corners lie almost in a row in plan;
     steep (T,) bool: triangles that are steep or do not look up; gentle: slope of the steepest of the others.
     """
 
@@ -64,7 +67,10 @@ class Meetings:
         self._triangles, self._normal_triangles = triangles, normal_triangles
         self._solids, self._eta = solids, eta
         facets = facets or Facets.of(positions, normals, triangles, normal_triangles)
-        squared = _squared_slopes(facets.outward())
+        across = facets.outward()
+        squared = _squared_slopes(across)
+        at = np.flatnonzero((squared > _CALM**2) & (across[2] > 0))
+        squared[at] = np.minimum(squared[at], _NEEDLE * _edge_slopes(positions[triangles[at]].transpose(1, 2, 0)))
         self.steep = squared > _STEEP**2
         self.slope, self.gentle = (float(np.sqrt(v.max(initial=0))) for v in (squared, squared[~self.steep]))
         self._stacked = np.isinf(self.slope) or _sheets(positions, triangles, twins) > 1 + _OVERLAP
@@ -220,6 +226,15 @@ def _squared_slopes(across):
     squared[z <= 0] = np.inf
     squared[(z == 0) & (run == 0)] = 0  # no triangle at all
     return squared
+
+
+def _edge_slopes(soup):
+    """Squared slope (n,) of the steepest edge of triangles, corners soup (3,3,n)."""
+    steepest = np.zeros(soup.shape[2])
+    for k in range(3):
+        x, y, z = soup[k] - soup[k - 1]
+        steepest = np.maximum(steepest, z * z / np.maximum(x * x + y * y, np.finfo(float).tiny))
+    return steepest
 
 
 def _sheets(positions, triangles, twins):

@@ -195,3 +195,15 @@ def test_winding_does_not_matter():
     mixed[::3] = mixed[::3, ::-1]
     m = Meetings(w.positions, w.normals, mixed, mixed, build_twins(mixed), Tracer(*soup(())), ETA)
     assert m.slope == pytest.approx(of(w).slope) and never(m, rows((0, 0, 1)))
+
+
+def test_a_needle_is_as_steep_as_the_water_round_it():
+    """Three corners of a gentle bowl, almost in a row in plan: their facet is upright, and no ray can use it."""
+    x, y = np.array([[-0.1, 0.0, 0.1, 0.0, 0.0], [0.0, 1e-7, 0.0, -0.2, 0.2]])
+    positions = np.stack([x, y, 0.5 * (x * x + y * y)], 1)
+    needle = np.array([[0, 2, 1]])
+    others = np.array([[0, 3, 2], [0, 1, 4], [1, 2, 4]])
+    alone, round_it = meetings(positions, others), meetings(positions, np.concatenate([others, needle]))
+    facet = np.cross(*(positions[needle[0, 1:]] - positions[0]))
+    assert np.hypot(*facet[:2]) > 100 * abs(facet[2])
+    assert round_it.slope <= alone.slope < 0.3 and not round_it.steep.any()
