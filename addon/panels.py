@@ -30,6 +30,26 @@ class DAPPLE_PT_bake(_Sidebar, bpy.types.Panel):
         buttons.operator("dapple.bake_animation", icon="RENDER_ANIMATION")
 
 
+class DAPPLE_PT_casters(_Sidebar, bpy.types.Panel):
+    """What else throws caustics: objects of glass and polished metal, found by their materials."""
+
+    bl_label = "Glass and Metal"
+    bl_parent_id = "DAPPLE_PT_bake"
+
+    def draw(self, context):
+        settings, active = context.scene.dapple, context.object
+        layout = self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        if active and active.type == "MESH":
+            layout.prop(active.dapple, "caustics", text=active.name)
+        layout.prop(settings, "bounces")
+        layout.prop(settings, "volume")
+        sides = layout.row(align=True)
+        sides.enabled = settings.volume is not None
+        sides.prop(settings, "culling")
+
+
 class DAPPLE_PT_quality(_Sidebar, bpy.types.Panel):
     """How the light is found and how finely it is kept."""
 

@@ -3,6 +3,8 @@
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
+from ..operators.volume import FACES
+
 # Blender 4.5 and later want to be told that a path may start with //; earlier ones do not know the word.
 BLEND_RELATIVE = {"PATH_SUPPORTS_BLEND_RELATIVE"} if bpy.app.version >= (4, 5) else set()
 
@@ -33,8 +35,36 @@ SURFACES = (
 )
 
 
+CULLING = tuple((face, face, f"Light that leaves by side {face} ends there", 1 << k) for k, face in enumerate(FACES))
+
+CAUSTICS = (
+    (
+        "AUTO",
+        "Automatic",
+        "Cast where a material refracts or mirrors and is smooth, or where Cycles' Cast Shadow Caustics is on",
+    ),
+    ("ALWAYS", "Casts", "Take every material that refracts or mirrors as smooth, however rough it is"),
+    ("NEVER", "Blocks", "Cast no caustics, only a shadow"),
+)
+
+
 def _is_mesh(_settings, candidate) -> bool:
     return candidate.type == "MESH"
+
+
+def _is_box(_settings, candidate) -> bool:
+    return candidate.type == "EMPTY" and candidate.empty_display_type == "CUBE"
+
+
+class DappleObject(bpy.types.PropertyGroup):
+    """What an object does to light."""
+
+    caustics: EnumProperty(
+        name="Caustics",
+        description="Whether the active object bends or mirrors the light that is baked. Its materials say how",
+        items=CAUSTICS,
+        default="AUTO",
+    )
 
 
 class DappleSettings(bpy.types.PropertyGroup):
@@ -43,7 +73,7 @@ class DappleSettings(bpy.types.PropertyGroup):
     water: PointerProperty(
         name="Water",
         description="The animated mesh that bends the light. Its material gives the index of refraction, "
-        "its volume what is absorbed",
+        "its volume what is absorbed. Objects of glass and polished metal cast caustics without being chosen",
         type=bpy.types.Object,
         poll=_is_mesh,
     )
@@ -94,6 +124,27 @@ class DappleSettings(bpy.types.PropertyGroup):
         description="Divide the maps by the square of the IOR: Cycles leaves out that radiance falls by as much where "
         "rays leave the water, so that maps seen through its water are too bright. Off, they hold W/m²",
         default=False,
+    )
+    bounces: IntProperty(
+        name="Bounces",
+        description="Surfaces that bend or mirror light on its way over glass and metal, at most. A solid piece of "
+        "glass takes two, light that goes round inside it more",
+        default=6,
+        min=1,
+        soft_max=16,
+    )
+    volume: PointerProperty(
+        name="Volume",
+        description="A cube Empty that bounds the work: only light that enters it, and glass and metal in it, cast "
+        "caustics; what stands outside only blocks light. Without one everything does",
+        type=bpy.types.Object,
+        poll=_is_box,
+    )
+    culling: EnumProperty(
+        name="Culling",
+        description="Sides of the volume, along its own axes, at which light that leaves it ends",
+        items=CULLING,
+        options={"ENUM_FLAG"},
     )
     use_scene_range: BoolProperty(
         name="Scene Frame Range", description="Bake from the scene's first frame to its last", default=True

@@ -6,17 +6,19 @@ import bpy
 
 from ..operators.ops_attach import DAPPLE_OT_attach, DAPPLE_OT_detach
 from ..operators.ops_bake import DAPPLE_OT_bake_animation, DAPPLE_OT_bake_frame
-from .panels import DAPPLE_PT_bake, DAPPLE_PT_materials, DAPPLE_PT_quality
-from .properties import DappleSettings
+from .panels import DAPPLE_PT_bake, DAPPLE_PT_casters, DAPPLE_PT_materials, DAPPLE_PT_quality
+from .properties import DappleObject, DappleSettings
 
-# A class that another one names comes before it: settings before the scene's pointer, parent panels before children.
+# A class that another one names comes before it: settings before the pointers to them, parent panels before children.
 CLASSES = (
     DappleSettings,
+    DappleObject,
     DAPPLE_OT_bake_frame,
     DAPPLE_OT_bake_animation,
     DAPPLE_OT_attach,
     DAPPLE_OT_detach,
     DAPPLE_PT_bake,
+    DAPPLE_PT_casters,
     DAPPLE_PT_quality,
     DAPPLE_PT_materials,
 )
@@ -34,9 +36,10 @@ def _command(argv: list[str]) -> int:
 
 
 def register() -> None:
-    """Add the classes, `Scene.dapple` and the command `dapple` to Blender."""
+    """Add the classes, `Scene.dapple`, `Object.dapple` and the command `dapple` to Blender."""
     _register_classes()
     bpy.types.Scene.dapple = bpy.props.PointerProperty(type=DappleSettings)
+    bpy.types.Object.dapple = bpy.props.PointerProperty(type=DappleObject)
     _commands.append(bpy.utils.register_cli_command("dapple", _command))
 
 
@@ -44,5 +47,5 @@ def unregister() -> None:
     """Take away what `register` added, last first."""
     while _commands:
         bpy.utils.unregister_cli_command(_commands.pop())
-    del bpy.types.Scene.dapple
+    del bpy.types.Object.dapple, bpy.types.Scene.dapple
     _unregister_classes()

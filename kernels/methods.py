@@ -43,6 +43,8 @@ def solve(scene, texels, settings, reconstruction=None):
         answer.diagnostics.estimated_error += reconstruction.error
     answer.diagnostics.seconds = {"surface": seconds, **answer.diagnostics.seconds}
     answer.diagnostics.left_out.extend(sentences)
+    if scene.casters:
+        answer.diagnostics.left_out.append("light over glass and mirrors: they block, and cast no caustics")
     return answer
 
 

@@ -1,4 +1,4 @@
-"""What the water absorbs, per metre and channel: read from the volume of its material.
+"""What water or glass absorbs, per metre and channel: read from the volume of its material.
 
 As Cycles 5.0 takes the nodes, measured through a slab: Volume Absorption sigma_a = density (1 - colour); Principled
 Volume density (1 - colour) (1 - sqrt(absorption colour)), the rest of its density scatters.
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .shader_nodes import output_socket, shaders, value
+from .shader_nodes import Sockets, output_socket, shaders
 
 _VOLUMES = {"VOLUME_ABSORPTION", "VOLUME_SCATTER", "VOLUME_COEFFICIENTS", "PRINCIPLED_VOLUME"}
 
@@ -21,18 +21,29 @@ def read_sigma_a(water):
     with a warning for either.
     """
     for slot in water.material_slots:
-        socket = output_socket(slot.material, "Volume")
-        found = list(shaders(socket, _VOLUMES)) if socket else []
+        found = _volumes(slot.material)
         if found:
             return _sum(found, slot.material.name)
     return np.zeros(3), []
+
+
+def material_sigma_a(material):
+    """(sigma_a (3,) [1/m], warnings) of a material, as `read_sigma_a` has them of an object's first with a volume."""
+    found = _volumes(material)
+    return _sum(found, material.name) if found else (np.zeros(3), [])
+
+
+def _volumes(material):
+    """The volume nodes of a material, as `shader_nodes.shaders` yields them."""
+    socket = output_socket(material, "Volume")
+    return list(shaders(socket, _VOLUMES)) if socket else []
 
 
 def _sum(found, material):
     """(sigma_a (3,), warnings) of (node, groups, share) in a material."""
     total, doubts, scatters = np.zeros(3), False, False
     for node, groups, share in found:
-        read = _Sockets(node, groups)
+        read = Sockets(node, groups)
         sigma_a, scattered = _coefficients(node.type, read)
         total += share * sigma_a
         doubts, scatters = doubts or read.computed, scatters or bool(np.any(scattered))
@@ -55,17 +66,3 @@ def _coefficients(kind, read):
         return np.zeros(3), density * colour
     tint = np.sqrt(np.clip(read("Absorption Color"), 0, 1))
     return density * (1 - colour) * (1 - tint), density * colour
-
-
-class _Sockets:
-    """Values of a node's sockets by name, (3,) of colours and vectors; `computed` says whether nodes make one."""
-
-    def __init__(self, node, groups):
-        self._node, self._groups, self.computed = node, groups, False
-
-    def __call__(self, name):
-        socket = self._node.inputs[name]
-        found = value(socket, self._groups)
-        self.computed |= found is None
-        found = socket.default_value if found is None else found
-        return float(found) if socket.type == "VALUE" else np.array(found[:3], dtype=np.float64)

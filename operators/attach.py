@@ -18,14 +18,14 @@ from .write import folder_name
 IMAGE = "dapple_map"
 
 
-def attach(context: bpy.types.Context, receiver_names, out_dir, water_names=()) -> list[str]:
-    """Light the materials of each receiver by its maps in `out_dir`, and make the waters cast whole shadows.
+def attach(context: bpy.types.Context, receiver_names, out_dir, caster_names=()) -> list[str]:
+    """Light the materials of each receiver by its maps in `out_dir`, and make water and casters cast whole shadows.
 
     Done twice it is as done once, with the maps read anew. Returns sentences on what the user should know. Raises
     DappleError, before anything is changed, for an object that is missing or cannot be edited and for maps not found.
     """
     receivers = [_receiver(name) for name in receiver_names]
-    waters = [_object(name) for name in water_names]
+    casters = [_object(name) for name in caster_names]
     maps = [_find_maps(receiver, Path(out_dir)) for receiver in receivers]
     # What is attached already goes first, so that no copy is made of it.
     for receiver in receivers:
@@ -34,9 +34,9 @@ def attach(context: bpy.types.Context, receiver_names, out_dir, water_names=()) 
     for receiver, files in zip(receivers, maps, strict=True):
         notes += _attach_one(receiver, files) + _out_of_reach(receiver, context.evaluated_depsgraph_get())
     _remove_unused_images()
-    for water in waters:
-        attach_shadow.make_opaque(water)
-    return notes + attach_shadow.doubts(context.scene, waters)
+    for caster in casters:
+        attach_shadow.make_opaque(caster)
+    return notes + attach_shadow.doubts(context.scene, casters)
 
 
 def refresh(receiver_names, out_dir) -> None:
@@ -52,7 +52,7 @@ def refresh(receiver_names, out_dir) -> None:
 def detach(context: bpy.types.Context, receiver_names=None) -> list[str]:
     """Take the maps off the receivers, off all objects of the file if None, and leave materials as they were.
 
-    With the last one the water's shadow goes back to what it was. Returns the names of the objects that showed a map.
+    With the last one the casters' shadows go back to what they were. Returns the names of objects that showed a map.
     """
     attached = [obj for obj in bpy.data.objects if attach_slots.SLOTS in obj]
     chosen = [obj for obj in attached if receiver_names is None or obj.name in receiver_names]

@@ -1,4 +1,4 @@
-"""The water's shadow in EEVEE: it must be whole, or the sun lights the receivers beside the map.
+"""The shadow of water, glass and mirrors in EEVEE: it must be whole, or the sun lights the receivers beside the map.
 
 The former values stay with the object and the material, under SHADOW, until `restore`.
 """
@@ -10,12 +10,12 @@ import bpy
 SHADOW = "dapple_shadow"
 
 
-def make_opaque(water: bpy.types.Object) -> None:
-    """Let `water` cast a full shadow in EEVEE, whatever its materials let through."""
-    if SHADOW not in water:
-        water[SHADOW] = water.visible_shadow
-    water.visible_shadow = True
-    for material in {slot.material for slot in water.material_slots} - {None}:
+def make_opaque(caster: bpy.types.Object) -> None:
+    """Let `caster` cast a full shadow in EEVEE, whatever its materials let through."""
+    if SHADOW not in caster:
+        caster[SHADOW] = caster.visible_shadow
+    caster.visible_shadow = True
+    for material in {slot.material for slot in caster.material_slots} - {None}:
         if material.library:
             continue
         if SHADOW not in material:
@@ -36,8 +36,8 @@ def restore() -> None:
             del material[SHADOW]
 
 
-def doubts(scene: bpy.types.Scene, waters: list[bpy.types.Object]) -> list[str]:
-    """Say what else would let the sun through the water: one sentence each, empty if nothing."""
+def doubts(scene: bpy.types.Scene, casters: list[bpy.types.Object]) -> list[str]:
+    """Say what else would let the sun through water and casters: one sentence each, empty if nothing."""
     found = [
         f"Sun '{obj.name}' casts no shadows: it lights the receivers beside the map. Turn on its shadow."
         for obj in scene.objects
@@ -46,11 +46,11 @@ def doubts(scene: bpy.types.Scene, waters: list[bpy.types.Object]) -> list[str]:
     # The switch for all shadows came with 4.3.
     if not getattr(scene.eevee, "use_shadows", True):
         found.append("Shadows are off in EEVEE's settings: the sun lights the receivers beside the map. Turn them on.")
-    for water in waters:
-        for material in {slot.material for slot in water.material_slots} - {None}:
+    for caster in casters:
+        for material in {slot.material for slot in caster.material_slots} - {None}:
             if material.library and (material.use_transparent_shadow or material.use_backface_culling_shadow):
                 found.append(
-                    f"'{material.name}' of the water '{water.name}' is linked from another file and could not be "
+                    f"'{material.name}' of '{caster.name}' is linked from another file and could not be "
                     "changed: turn off its Transparent Shadows and its shadow's Backface Culling there."
                 )
     return found

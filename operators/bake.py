@@ -16,24 +16,27 @@ from .errors import DappleError
 from .extract import read_scene
 from .mesh_arrays import TopologyCache
 from .record import Record, frame_entry, summary
+from .volume import Bounds
 from .write import check_folder, folder_name, map_path, write_exr
 
 _NO_LIGHT = (
-    "No light from the water reaches receiver '{}'; check that the water lies between the lamps and it, "
-    "or that it stands where the water mirrors them."
+    "No light by way of water, glass or mirrors reaches receiver '{}'; check that one of them lies between the lamps "
+    "and it, or that it stands where they mirror the lamps."
 )
 LEAST_RESOLUTION, MOST_RESOLUTION = 16, 16384
 
 
 @dataclass(frozen=True)
 class BakeRequest:
-    """What to bake, by the names of mesh objects; out: folder of the maps and of bake.json."""
+    """What to bake, by the names of mesh objects, of water none where something else casts; out: folder of the maps and
+    of bake.json; volume: what bounds the work of the casters, if anything."""
 
     water: tuple[str, ...]
     receivers: tuple[str, ...]
     frames: tuple[int, ...]
     out: Path
     settings: Settings
+    volume: Bounds | None = None
 
 
 @dataclass(frozen=True)
@@ -56,10 +59,11 @@ def request_from_scene(scene, water=None, receivers=None, frames=None, out=None)
     tolerance = float(f"{chosen.tolerance:.6g}")  # Blender keeps it in float32, where 0.01 is 0.0099999998
     settings = Settings(chosen.method, tolerance, chosen.resolution, chosen.padding, surface=chosen.surface)
     abbe = float(f"{chosen.dispersion:.6g}")
-    settings = replace(settings, dispersion=abbe, match_cycles=chosen.match_cycles)
-    water = water or _water(chosen)
+    settings = replace(settings, dispersion=abbe, match_cycles=chosen.match_cycles, bounces=chosen.bounces)
+    water = water or ((chosen.water.name,) if chosen.water else ())
     receivers = receivers or _receivers(chosen, water)
-    return BakeRequest(water, receivers, frames or _frames(scene), Path(out or _folder(chosen.output)), settings)
+    out = Path(out or _folder(chosen.output))
+    return BakeRequest(water, receivers, frames or _frames(scene), out, settings, _volume(chosen))
 
 
 def bake(context, request: BakeRequest) -> Iterator[Progress]:
@@ -92,7 +96,7 @@ def _bake_frame(depsgraph, number, request, topology, texels, reconstruction):
     from ..kernels import methods
 
     clock = _Clock()
-    scene, warnings = read_scene(depsgraph, request.water, request.receivers, topology)
+    scene, warnings = read_scene(depsgraph, request.water, request.receivers, topology, request.volume)
     clock.lap("extract")
     charts = tuple(texels.of(receiver) for receiver in scene.receivers)
     clock.lap("texels")
@@ -148,8 +152,6 @@ def _same(one, other):
 
 def _check(request):
     """Raise DappleError for a request that can be seen to fail before the first frame."""
-    if not request.water:
-        raise DappleError("No water is chosen; pick the mesh that bends the light.")
     if not request.receivers:
         raise DappleError("There are no receivers; pick a collection with the meshes that the light falls on.")
     for name in sorted(set(request.water) & set(request.receivers)):
@@ -163,6 +165,8 @@ def _check(request):
         raise DappleError(
             f"A tolerance of {request.settings.tolerance:g} cannot be met; set one above 0, such as 0.01."
         )
+    if not request.settings.bounces >= 1:
+        raise DappleError(f"{request.settings.bounces} bounces let no light through; set 1 or more, such as 6.")
     abbe = request.settings.dispersion
     if abbe and not abbe >= 1:
         raise DappleError(f"An Abbe number of {abbe:g} is impossible; set 0 for no dispersion, or 55.7 for water.")
@@ -171,13 +175,6 @@ def _check(request):
         other = folders.setdefault(folder_name(name).casefold(), name)
         if other != name:
             raise DappleError(f"Receivers '{other}' and '{name}' would share a folder on some systems; rename one.")
-
-
-def _water(chosen):
-    """Name of the water that the scene's settings hold."""
-    if chosen.water is None:
-        raise DappleError("No water is chosen; pick the water mesh in the Dapple tab of the 3D view, or name it.")
-    return (chosen.water.name,)
 
 
 def _receivers(chosen, water):
@@ -190,6 +187,11 @@ def _receivers(chosen, water):
     if not names:
         raise DappleError(f"Collection '{chosen.receivers.name}' holds no mesh but the water; put the receivers in it.")
     return tuple(sorted(names))
+
+
+def _volume(chosen):
+    """The Bounds that the scene's settings hold, None where there are none."""
+    return Bounds(chosen.volume.name, tuple(sorted(chosen.culling))) if chosen.volume else None
 
 
 def _frames(scene):

@@ -14,7 +14,7 @@ from .errors import DappleError
 from .exr_file import is_whole
 from .write import map_path
 
-_SETTINGS = ("method", "surface", "tolerance", "resolution", "dispersion", "match_cycles")
+_SETTINGS = ("method", "surface", "tolerance", "resolution", "dispersion", "match_cycles", "bounces")
 
 
 def main(argv: list[str]) -> int:
@@ -64,7 +64,9 @@ def _parser():
     # Here, since it loads embreex, which nothing but a bake needs.
     from ..kernels.methods import METHODS
 
-    parser = argparse.ArgumentParser(prog="dapple", description="Bake the caustics of animated water into lightmaps.")
+    parser = argparse.ArgumentParser(
+        prog="dapple", description="Bake caustics of animated water and glass into lightmaps."
+    )
     commands = parser.add_subparsers(dest="command", required=True)
     words = commands.add_parser("bake", help="bake the open scene", description="Bake the caustics of the open scene.")
     words.add_argument("--frames", type=_frames, help="such as 1-24,30; default: the scene's range")
@@ -74,6 +76,7 @@ def _parser():
     words.add_argument("--match-cycles", action="store_true", default=None, help="divide the maps by the IOR squared")
     words.add_argument("--tolerance", type=float, help="relative mean squared error that is good enough")
     words.add_argument("--resolution", type=int, help="texels along each side of a map")
+    words.add_argument("--bounces", type=int, help="surfaces that bend or mirror light on its way, at most")
     words.add_argument("--out", help="folder of the maps and of bake.json; default: the scene's, //caustics")
     words.add_argument("--water", type=_names, metavar="OBJECT,...", help="default: the scene's")
     words.add_argument("--receivers", type=_names, metavar="OBJECT,...", help="default: the scene's")

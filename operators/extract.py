@@ -11,13 +11,20 @@ from dataclasses import dataclass, field
 import bpy
 import numpy as np
 
-from ..kernels.scene import Occluder, Receiver, Scene, Water
+from ..kernels.scene import WATER_IOR, Receiver, Scene, Water
 from .absorption import read_sigma_a
+from .casters import MeshReader
 from .errors import DappleError
 from .lamps import read_lights
 from .medium import read_eta
 from .mesh_arrays import read_geometry, read_normals, read_uvs
+from .speculars import MOST_ROUGHNESS
+from .volume import read_volume
 
+_NOTHING = (
+    "Nothing bends light or mirrors it: pick the water, or give an object glass or polished metal (Principled, Glass, "
+    f"Refraction, Glossy or Metallic of roughness {MOST_ROUGHNESS} or less)."
+)
 _SLOPE = 1e-3  # of the water: an error in it that moves light by a millimetre per metre of depth
 _SHOWN = {"MESH", "CURVE", "SURFACE", "META", "FONT", "LIGHT"}
 
@@ -28,16 +35,17 @@ class _Found:
 
     water: dict = field(default_factory=dict)
     receivers: dict = field(default_factory=dict)
-    occluders: list = field(default_factory=list)
+    meshes: MeshReader = field(default_factory=MeshReader)
     lamps: list = field(default_factory=list)
     seen: set = field(default_factory=set)
     warnings: list = field(default_factory=list)
 
 
-def read_scene(depsgraph, water_names, receiver_names, topology):
+def read_scene(depsgraph, water_names, receiver_names, topology, volume=None):
     """(Scene, warnings) of the frame that the depsgraph was evaluated for; several water objects are joined into one.
 
-    water_names, receiver_names: names of mesh objects; topology: a TopologyCache, the same for all frames of a bake.
+    water_names, receiver_names: names of mesh objects, water may be missing where something else casts; topology: a
+    TopologyCache, the same for all frames of a bake; volume: a `volume.Bounds` for the casters, or None.
     Raises DappleError for what cannot be baked, naming the object.
     """
     for name in (*water_names, *receiver_names):
@@ -48,11 +56,17 @@ def read_scene(depsgraph, water_names, receiver_names, topology):
             raise DappleError(
                 f"Object '{name}' is not in the scene as the viewport shows it; unhide it and its collection there."
             )
-    water, eta, sigma_a = _join([found.water[name] for name in water_names], topology, found.warnings)
+    parts = [found.water[name] for name in water_names]
+    water, eta, sigma_a = _join(parts, topology, found.warnings) if parts else (_no_water(), WATER_IOR, np.zeros(3))
+    casters, occluders = tuple(found.meshes.casters), tuple(found.meshes.occluders)
+    if not parts and not casters:
+        raise DappleError(" ".join([_NOTHING, *dict.fromkeys(found.meshes.warnings)]))
     receivers = tuple(found.receivers[name] for name in receiver_names)
     lights, remarks = read_lights(found.lamps, water)
-    warnings = found.warnings + remarks + _unseen(depsgraph, found.seen, {*water_names, *receiver_names})
-    return Scene(water, receivers, tuple(found.occluders), lights, eta, sigma_a), list(dict.fromkeys(warnings))
+    remarks += found.meshes.warnings + _unseen(depsgraph, found.seen, {*water_names, *receiver_names})
+    box = read_volume(volume, depsgraph) if volume else None
+    scene = Scene(water, receivers, occluders, lights, eta, sigma_a, casters, box)
+    return scene, list(dict.fromkeys(found.warnings + remarks))
 
 
 def _check_object(name):
@@ -66,7 +80,7 @@ def _check_object(name):
 
 def _find(depsgraph, water_names, receiver_names):
     """Sort everything that the depsgraph shows; curves, texts and metaballs come as mesh instances of themselves."""
-    found, rendering, shared = _Found(), _rendering(depsgraph), {}
+    found, rendering = _Found(), _rendering(depsgraph)
     for instance in depsgraph.object_instances:
         shown = instance.object
         name = shown.original.name
@@ -80,12 +94,12 @@ def _find(depsgraph, water_names, receiver_names):
             found.receivers[name] = _read_receiver(shown, matrix)
         elif {name, owner} & water_names:
             found.warnings.append(f"Instances of or on water '{owner}' were left out; make them real to bake them.")
-        elif owner not in rendering or shown.original.hide_render:
+        elif owner not in rendering or shown.original.hide_render or _stands_in(instance):
             continue
         elif shown.type == "LIGHT":
             found.lamps.append((name, shown.data, matrix))
         elif shown.type == "MESH" and _blocks(shown, instance.parent if instance.is_instance else None):
-            _add_occluder(found, shown, matrix, shared)
+            found.meshes.add(shown, matrix)
     return found
 
 
@@ -103,24 +117,17 @@ def _rendering(depsgraph):
     return {o.name: o for o in objects(depsgraph.view_layer.layer_collection)}
 
 
+def _stands_in(instance):
+    """Whether an object is only the model of the instances at its parent's vertices or faces, which no render shows."""
+    parent = instance.object.parent
+    return not instance.is_instance and parent is not None and parent.instance_type in ("VERTS", "FACES")
+
+
 def _blocks(shown, parent):
     """Whether a mesh, or instance of one, casts a shadow in a render."""
     if not shown.visible_shadow or (parent is not None and not parent.visible_shadow):
         return False
     return parent is not None or not shown.is_instancer or shown.show_instancer_for_render
-
-
-def _add_occluder(found, shown, matrix, shared):
-    """Read an occluder; instances share their mesh, so each mesh is read once."""
-    key = shown.data.as_pointer()
-    if key not in shared:
-        shared[key] = _read(shown, np.eye(4))[0]
-    local = shared[key]
-    positions = local.positions @ matrix[:3, :3].T + matrix[:3, 3]
-    if not np.isfinite(positions).all():
-        found.warnings.append(f"Object '{shown.original.name}' has vertices that are not numbers; it casts no shadow.")
-    elif len(local.triangles):
-        found.occluders.append(Occluder(shown.original.name, positions, local.triangles))
 
 
 def _read(shown, matrix, *readers):
@@ -196,6 +203,12 @@ def _join(parts, topology, warnings):
     positions = np.concatenate([mesh.positions for mesh in meshes])
     normals = np.concatenate([normals for normals, _ in shadings])
     return Water(" + ".join(names), positions, triangles, normals, shaded, twins), eta, sigma_a
+
+
+def _no_water():
+    """Water without triangles, of a scene in which only other things cast."""
+    none = np.zeros((0, 3), np.int32)
+    return Water("", np.zeros((0, 3)), none, np.zeros((0, 3)), none, np.zeros(0, np.int32))
 
 
 def _unseen(depsgraph, seen, asked):

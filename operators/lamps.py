@@ -16,7 +16,7 @@ from .errors import DappleError
 
 
 def read_lights(lamps, water):
-    """(lights, warnings) of (name, light, world matrix (4,4)) tuples of the lamps that render, over a Water.
+    """(lights, warnings) of (name, light, world matrix (4,4)) tuples of the lamps that render, over a Water, if any.
 
     Left out with a warning: area lamps, suns that shine upward, lamps that stand under the water. Raises DappleError
     where no lamp is left that shines.
@@ -39,12 +39,14 @@ def read_lights(lamps, water):
             lights.append(found)
     if not lights:
         why = " ".join(warnings) or "Add one (Add > Light > Sun)."
-        raise DappleError(f"The scene has no lamp that renders and shines on the water. {why}")
+        raise DappleError(f"The scene has no lamp that renders and shines on what bends light. {why}")
     return tuple(lights), warnings
 
 
 def _wrong(light, water):
     """Why a light cannot be baked, as a sentence; empty if it can."""
+    if not len(water.triangles):
+        return ""
     if isinstance(light, Sun):
         upward = light.direction[2] >= 0
         return f"Sun '{light.name}' shines upward and was left out: rotate it so that it shines down." if upward else ""

@@ -70,7 +70,7 @@ def read_normals(mesh, matrix, arrays):
         source, index = mesh.corner_normals, arrays.corners
     local = np.empty((len(source), 3), dtype=np.float32)
     source.foreach_get("vector", local.ravel())
-    return _turn_normals(local, matrix), index
+    return turn_normals(local, matrix), index
 
 
 def read_uvs(mesh, arrays):
@@ -84,6 +84,18 @@ def read_uvs(mesh, arrays):
     return uvs.astype(np.float64)[arrays.corners]
 
 
+def read_material_index(mesh, arrays):
+    """Index (T,) int32 into the mesh's materials."""
+    values = np.zeros(len(mesh.polygons), dtype=np.int32)
+    layer = mesh.attributes.get("material_index")
+    if layer is None or not len(values):
+        return np.zeros(len(arrays.triangles), dtype=np.int32)
+    layer.data.foreach_get("value", values)
+    polygon = np.empty(len(arrays.triangles), dtype=np.int32)
+    mesh.loop_triangle_polygons.foreach_get("value", polygon)
+    return values[polygon]
+
+
 def _triangle_corners(mesh):
     """Corners of Blender's triangulation: (T,3) int32. It depends on the positions too, hence one read per frame."""
     mesh.calc_loop_triangles()
@@ -95,8 +107,8 @@ def _triangle_corners(mesh):
     return corners
 
 
-def _turn_normals(local, matrix):
-    """Unit normals (N,3) float32 into world space by the inverse transpose.
+def turn_normals(local, matrix):
+    """Unit normals (N,3) into world space by the inverse transpose.
 
     The cofactors are that up to a factor, and exist where the object is scaled flat as well.
     """

@@ -6,12 +6,13 @@ import bpy
 
 from .attach import attach, detach
 from .bake import request_from_scene
+from .casters import caster_names
 from .errors import DappleError
 from .ops_bake import why_not
 
 
 class DAPPLE_OT_attach(bpy.types.Operator):
-    """Light the receivers' materials by the baked maps, and let the water cast a whole shadow. \
+    """Light the receivers' materials by the baked maps, and let water, glass and metal cast whole shadows. \
 Press it again after a new bake or a change of materials"""
 
     bl_idname = "dapple.attach"
@@ -29,7 +30,8 @@ Press it again after a new bake or a change of materials"""
         try:
             # The frames that are on disk are shown, whatever the range says now.
             request = request_from_scene(context.scene, frames=(context.scene.frame_current,))
-            notes = attach(context, request.receivers, request.out, request.water)
+            casters = caster_names(context.evaluated_depsgraph_get(), {*request.water, *request.receivers})
+            notes = attach(context, request.receivers, request.out, (*request.water, *casters))
         except DappleError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
@@ -41,7 +43,7 @@ Press it again after a new bake or a change of materials"""
 
 
 class DAPPLE_OT_detach(bpy.types.Operator):
-    """Take the maps off all materials and leave these, and the water's shadow, as they were before"""
+    """Take the maps off all materials and leave these, and the shadows, as they were before"""
 
     bl_idname = "dapple.detach"
     bl_label = "Detach"

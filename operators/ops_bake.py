@@ -23,8 +23,6 @@ NAVIGATION = {
 def why_not(scene) -> str:
     """Say what a bake of `scene` still lacks, as a sentence for a tooltip; empty if nothing."""
     settings = scene.dapple
-    if settings.water is None:
-        return "Pick the water first"
     if settings.receivers is None:
         return "Pick the collection of receivers first"
     if not any(o.type == "MESH" and o != settings.water for o in settings.receivers.all_objects):

@@ -30,6 +30,7 @@ class Record:
             "settings": asdict(request.settings),
             "water": list(request.water),
             "receivers": list(request.receivers),
+            "volume": asdict(request.volume) if request.volume else None,
         }
         return cls(path, head, _earlier_frames(path))
 
@@ -50,7 +51,8 @@ def frame_entry(scene, diagnostics, seconds, files, warnings):
     }
     lights = [{"type": type(light).__name__.lower(), **asdict(light)} for light in scene.lights]
     medium = {"eta": scene.eta, "sigma_a": scene.sigma_a}
-    return {**entry, **medium, "lights": lights, "files": files, "warnings": warnings}
+    casters = [{"name": c.name, type(c.material).__name__.lower(): asdict(c.material)} for c in scene.casters]
+    return {**entry, **medium, "lights": lights, "casters": casters, "files": files, "warnings": warnings}
 
 
 def summary(number, entry):
@@ -59,10 +61,10 @@ def summary(number, entry):
     inward = float(np.mean(entry["flux_in"]))
     text = f"Frame {number}: {entry['method']}, {seconds:.2f} s"
     if not inward > 0:
-        return f"{text}; no light meets the water."
+        return f"{text}; no light meets what bends it."
     received = sum(np.mean(flux) for flux in entry["flux_received"].values())
     lost = sum(np.mean(flux) for flux in entry["flux_lost"].values())
-    return f"{text}; of {inward:.4g} W on the water {received / inward:.1%} received, {lost / inward:.1%} lost."
+    return f"{text}; of {inward:.4g} W on what bends it {received / inward:.1%} received, {lost / inward:.1%} lost."
 
 
 def _earlier_frames(path):

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import bpy
+import numpy as np
+
+_LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # how Blender makes a colour that feeds a value one number
 
 
 def output_socket(material, name):
@@ -21,7 +24,10 @@ def _has_nodes(material):
 
 def shaders(socket, kinds, groups=(), share=1.0):
     """Walk back from a shader socket: yields (node of one of `kinds`, groups entered, its share in Mix Shaders),
-    nearest the output first."""
+    nearest the output first.
+
+    A mix by what kind of ray it is counts as for none of those that Light Path names, the ways of light being traced.
+    """
     for link in _links(socket):
         node, identifier, inside = link.from_node, link.from_socket.identifier, groups
         if node.type in kinds:
@@ -36,8 +42,8 @@ def shaders(socket, kinds, groups=(), share=1.0):
             sockets = [s for s in node.inputs if s.type == "SHADER" or node.type == "REROUTE"]
         shares = [share] * len(sockets)
         if node.type == "MIX_SHADER":
-            mixed = value(node.inputs[0], groups)
-            mixed = float(node.inputs[0].default_value if mixed is None else mixed)
+            mixed = Sockets(node, groups)(0)
+            mixed = 0.0 if _by_kind_of_ray(node.inputs[0]) else min(max(mixed, 0.0), 1.0)
             shares = [share * (1 - mixed), share * mixed]
         for source, own in zip(sockets, shares):
             yield from shaders(source, kinds, inside, own)
@@ -57,6 +63,35 @@ def value(socket, groups):
         outer = _same(groups[-1].inputs, links[0].from_socket.identifier)
         return value(outer[0], groups[:-1]) if outer else None
     return None
+
+
+class Sockets:
+    """Values of a node's sockets by name, (3,) of colours and vectors, with the values set in those that nodes compute;
+    `computed` says whether one that was asked for is such."""
+
+    def __init__(self, node, groups):
+        self._node, self._groups, self.computed = node, groups, False
+
+    def __call__(self, name):
+        socket = self._node.inputs[name]
+        found = value(socket, self._groups)
+        self.computed |= found is None
+        found = np.ravel(socket.default_value if found is None else found)[:3].astype(np.float64)
+        if socket.type in ("VALUE", "BOOLEAN", "INT"):
+            return float(found[0] if len(found) == 1 else found @ _LUMINANCE)
+        return found if len(found) == 3 else np.full(3, found[0])
+
+    def __contains__(self, name):
+        return name in self._node.inputs
+
+    def linked(self, name):
+        """Whether something feeds the socket."""
+        return bool(_links(self._node.inputs[name]))
+
+
+def _by_kind_of_ray(socket):
+    """Whether a Light Path node says directly how to mix."""
+    return any(link.from_node.type == "LIGHT_PATH" for link in _links(socket))
 
 
 def _links(socket):

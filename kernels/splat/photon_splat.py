@@ -40,7 +40,7 @@ def solve(scene, texels, settings):
     check_texels(scene, texels)
     work = Diagnostics("photon_splat", _REASONS[settings.points], left_out=list(_LEFT_OUT))
     start = time.perf_counter()
-    solids = soup((*scene.receivers, *scene.occluders))
+    solids = soup((*scene.receivers, *scene.occluders, *scene.casters))
     tracer = Tracer(*solids)
     outlines = Silhouettes(*solids)
     lights = [Lit(scene, light, texels, tracer, outlines, solids, settings) for light in scene.lights]

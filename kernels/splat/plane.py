@@ -15,7 +15,7 @@ _FLAT = 1e-5  # of the map's side: how far a receiver's corners may be from one 
 def one_plane(scene, texels):
     """The affine map (3,4) from the world to height [m] and texel coordinates of a scene that is one planar receiver
     with whole texels and nothing in the way, else None; see `lander.texel_maps`."""
-    if len(scene.receivers) != 1 or scene.occluders:
+    if len(scene.receivers) != 1 or scene.occluders or scene.casters:
         return None
     receiver, own = scene.receivers[0], texels[0]
     maps = texel_maps(receiver, own.resolution)

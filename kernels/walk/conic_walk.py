@@ -41,7 +41,7 @@ def solve(scene, texels, settings):
     others = [light for light in scene.lights if settings.first_root and not isinstance(light, Sun)]
     work.left_out += [f"lamp '{light.name}': the walk knows suns only" for light in others]
     clock = _Clock(work.seconds)
-    objects = Tracer(*soup((*scene.receivers, *scene.occluders)))
+    objects = Tracer(*soup((*scene.receivers, *scene.occluders, *scene.casters)))
     lights = [LightPaths(scene, light, objects) for light in known]
     work.flux_in = sum((paths.lit.light() * paths.lit.source.power for paths in lights), np.zeros(3))
     clock.lap("prepare")

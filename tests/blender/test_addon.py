@@ -14,7 +14,9 @@ from dapple.operators.errors import DappleError  # noqa: E402
 
 CLASSES = (
     "DappleSettings",
+    "DappleObject",
     "DAPPLE_PT_bake",
+    "DAPPLE_PT_casters",
     "DAPPLE_PT_quality",
     "DAPPLE_PT_materials",
 )
@@ -79,7 +81,7 @@ class Layout:
         self.seen = seen
         self.enabled = True
 
-    def prop(self, data, name):
+    def prop(self, data, name, text=None):
         assert name in data.bl_rna.properties
         self.seen.append((name, self.enabled))
 
@@ -90,10 +92,12 @@ class Layout:
     def column(self, align):
         return Layout(self.seen)
 
+    row = column
+
 
 def drawn():
     seen = []
-    for name in CLASSES[1:]:
+    for name in CLASSES[2:]:
         panel = bpy.types.Panel.bl_rna_get_subclass_py(name)
         assert panel.bl_category == "Dapple"
         panel.draw(SimpleNamespace(layout=Layout(seen)), bpy.context)
@@ -140,7 +144,7 @@ def test_buttons_say_why_they_are_greyed(name, empty_scene):
     pool(empty_scene)
     assert button.poll()
     settings = empty_scene.dapple
-    for lacking, reason in (("Floor", "no mesh"), ("receivers", "receivers first"), ("water", "water first")):
+    for lacking, reason in (("Floor", "no mesh"), ("receivers", "receivers first")):
         if lacking == "Floor":
             bpy.data.objects.remove(bpy.data.objects["Floor"])
         else:

@@ -127,7 +127,7 @@ def relative_output(scene):
 
 
 BROKEN = [
-    (no_water, r"No water is chosen; pick"),
+    (no_water, r"Nothing bends light or mirrors it: pick the water, or give an object glass"),
     (no_receivers, r"No receivers are chosen; pick"),
     (empty_collection, r"Collection 'Receivers' holds no mesh but the water; put"),
     (empty_range, r"The frame range is empty: it starts at 9 and ends at 8; set"),
@@ -140,9 +140,9 @@ BROKEN = [
     (flat_uvs, r"Receiver 'Floor' cannot take a lightmap: .*no area; unwrap it"),
     (far_uvs, r"Receiver 'Floor' cannot take a lightmap: .*unit square.*; scale it"),
     (uvs_not_finite, r"Receiver 'Floor' cannot take a lightmap: .*not numbers; unwrap it"),
-    (no_sun, r"no lamp that renders and shines on the water\. Add one"),
-    (unrendered_sun, r"no lamp that renders and shines on the water\. Add one"),
-    (area_only, r"no lamp that renders and shines on the water.*'Sun' is an area lamp"),
+    (no_sun, r"no lamp that renders and shines on what bends light\. Add one"),
+    (unrendered_sun, r"no lamp that renders and shines on what bends light\. Add one"),
+    (area_only, r"no lamp that renders and shines on what bends light.*'Sun' is an area lamp"),
     (sunken_bulb, r"no lamp that renders and shines.*'Sun' is under the water .*: move it above"),
     (sun_below, r"Sun 'Sun' shines upward and was left out: rotate it"),
     (heavy_water, r"Water 'Water' has IOR 5 in its material 'Lead'; set it between"),
@@ -163,7 +163,7 @@ def test_scene_that_cannot_be_baked(pool, tmp_path, spoil, sentence):
 
 
 CHANGES = [
-    ({"water": ()}, r"No water is chosen; pick"),
+    ({"water": ()}, r"Nothing bends light or mirrors it: pick the water"),
     ({"water": ("Sea",)}, r"no object 'Sea' in the file; check the name"),
     ({"water": ("Sun",)}, r"'Sun' is a light, not a mesh; convert it"),
     ({"receivers": ()}, r"no receivers; pick"),

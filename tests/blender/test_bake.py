@@ -219,8 +219,10 @@ def test_water_that_lights_nothing_is_said(empty_scene, out):
     build_pool(empty_scene, out)
     bpy.data.objects["Water"].location.x = 10.0
     *_, last = run(empty_scene, frames=(1,))
-    assert any("No light from the water reaches receiver 'Floor'" in warning for warning in last.warnings)
-    assert any("No light from the water" in warning for warning in record(out)["frames"]["1"]["warnings"])
+    assert any(
+        "No light by way of water, glass or mirrors reaches receiver 'Floor'" in warning for warning in last.warnings
+    )
+    assert any("No light by way of water" in warning for warning in record(out)["frames"]["1"]["warnings"])
 
 
 def test_a_receiver_above_the_water_takes_what_is_reflected(empty_scene, out):

@@ -1,0 +1,275 @@
+"""Who casts and who only blocks: by material, by what was asked, triangle by triangle, under any transform."""
+
+import json
+import math
+
+import bpy
+import numpy as np
+import pytest
+from mathutils import Euler, Matrix, Vector
+
+from dapple.kernels.scene import Glass, Mirror
+from dapple.operators.bake import bake, request_from_scene
+from dapple.operators.casters import caster_names
+from dapple.operators.errors import DappleError
+from dapple.operators.extract import read_scene
+from dapple.operators.mesh_arrays import TopologyCache
+from dapple.operators.volume import Bounds
+from dapple.tests.blender.small_pool import add_grid, build_pool, solve_by_height, use_solver
+
+
+def material(name, **values):
+    """A Principled material; glass where nothing is said."""
+    made = bpy.data.materials.new(name)
+    if bpy.app.version < (5, 0, 0):
+        made.use_nodes = True
+    shader = next(n for n in made.node_tree.nodes if n.type == "BSDF_PRINCIPLED")
+    glass = {"Transmission Weight": 1.0, "Roughness": 0.0, "IOR": 1.5, "Base Color": (1, 1, 1, 1)}
+    for key, value in {**glass, **values}.items():
+        shader.inputs[key].default_value = value
+    return made
+
+
+def ball(name, *materials, smooth=True):
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=16, ring_count=8, radius=0.3, location=(0, 0, 2))
+    made = bpy.context.object
+    made.name = name
+    made.data.polygons.foreach_set("use_smooth", [smooth] * len(made.data.polygons))
+    for one in materials:
+        made.data.materials.append(one)
+    return made
+
+
+@pytest.fixture
+def scene(empty_scene, tmp_path):
+    """A floor and a sun, no water."""
+    build_pool(empty_scene, tmp_path / "out")
+    bpy.data.objects.remove(bpy.data.objects["Water"])
+    return empty_scene
+
+
+def read(water=(), volume=None):
+    return read_scene(bpy.context.evaluated_depsgraph_get(), water, ("Floor",), TopologyCache(), volume)
+
+
+def test_glass_without_water_is_a_scene(scene):
+    ball("Ball", material("Clear"))
+    found, warnings = read()
+    assert warnings == []
+    assert len(found.water.triangles) == 0
+    (caster,) = found.casters
+    assert (caster.name, found.occluders) == ("Ball", ())
+    assert isinstance(caster.material, Glass)
+    assert caster.material.eta == 1.5
+
+
+def test_plain_things_block(scene):
+    ball("Ball", material("Clear"))
+    ball("Stone", material("Grey", **{"Transmission Weight": 0.0}))
+    ball("Bare")
+    found, _ = read()
+    assert [c.name for c in found.casters] == ["Ball"]
+    assert sorted(o.name for o in found.occluders) == ["Bare", "Stone"]
+
+
+TRANSFORMS = {
+    "plain": Matrix.Identity(4),
+    "stretched": Matrix.LocRotScale(Vector((3, -2, 1)), Euler((0.4, -0.7, 1.1)), Vector((2.0, 0.5, 0.25))),
+    "mirrored": Matrix.LocRotScale(Vector((0, 0, 7)), Euler((0.2, 0.1, 0.3)), Vector((-1.5, 1.0, 0.8))),
+}
+
+
+@pytest.mark.parametrize("name", TRANSFORMS)
+@pytest.mark.parametrize("smooth", [True, False])
+def test_normals_point_out_under_any_transform(scene, name, smooth):
+    made = ball("Ball", material("Clear"), smooth=smooth)
+    made.matrix_world = TRANSFORMS[name]
+    (caster,) = read()[0].casters
+    m = np.array(TRANSFORMS[name])
+    inverse = np.linalg.inv(m[:3, :3])
+    on_ball = (caster.positions - m[:3, 3]) @ inverse.T
+    np.testing.assert_allclose(np.linalg.norm(on_ball, axis=1), 0.3, atol=1e-5)
+    corners = caster.positions[caster.triangles]
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    shaded = caster.normals[caster.normal_triangles]
+    assert (np.einsum("tk,tck->tc", across, shaded) > 0).all()
+    assert (np.einsum("tk,tk->t", across, corners.mean(1) - m[:3, 3]) > 0).all()
+    np.testing.assert_allclose(np.linalg.norm(caster.normals, axis=1), 1, atol=1e-12)
+    assert (caster.normal_triangles is caster.triangles) == smooth
+    if smooth:
+        normals = on_ball @ inverse
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        # Blender weighs the faces at a vertex by their angles; coarse as the ball is, that is a degree or two off.
+        assert np.einsum("vk,vk->v", caster.normals, normals).min() > math.cos(math.radians(3))
+
+
+def test_triangles_go_by_their_own_material(scene):
+    made = ball("Bottle", material("Clear"), material("Label", **{"Transmission Weight": 0.0}))
+    half = len(made.data.polygons) // 2
+    made.data.polygons.foreach_set("material_index", [0] * half + [7] * (len(made.data.polygons) - half))
+    found, _ = read()
+    (caster,), (occluder,) = found.casters, found.occluders
+    whole = {tuple(t) for t in np.concatenate([caster.triangles, occluder.triangles])}
+    assert len(caster.triangles) + len(occluder.triangles) == len(whole) == 16 * 14
+    assert caster.positions[caster.triangles, 2].max() <= occluder.positions[occluder.triangles, 2].max()
+
+
+def test_slots_that_are_the_objects_own(scene):
+    one = ball("One", material("Clear"))
+    other = bpy.data.objects.new("Other", one.data)
+    scene.collection.objects.link(other)
+    other.material_slots[0].link = "OBJECT"
+    other.material_slots[0].material = material("Steel", Metallic=1.0, **{"Transmission Weight": 0.0})
+    kinds = {caster.name: type(caster.material) for caster in read()[0].casters}
+    assert kinds == {"One": Glass, "Other": Mirror}
+
+
+def test_objects_of_one_material_are_one_medium_and_each_instance_casts(scene):
+    clear = material("Clear")
+    pearl = ball("Pearl", clear)
+    ball("Big", clear)
+    grid = add_grid("Holder", 3.0, n=3)
+    grid.instance_type = "VERTS"
+    grid.show_instancer_for_render = False
+    pearl.parent = grid
+    casters = read()[0].casters
+    assert sorted(c.name for c in casters) == ["Big"] + 16 * ["Pearl"]
+    assert len({id(c.material) for c in casters}) == 1
+    assert len({tuple(c.positions.mean(0).round(3)) for c in casters}) == 17
+
+
+def test_rough_glass_blocks_and_says_so_until_it_is_asked_to_cast(scene):
+    ball("Ball", material("Clear"))
+    frosted = ball("Lamp", material("Frosted", Roughness=0.3))
+    found, warnings = read()
+    assert [o.name for o in found.occluders] == ["Lamp"]
+    assert warnings == [
+        "'Frosted' of object 'Lamp' is glass of roughness 0.3 and casts no caustics; set 0.1 or less, "
+        "or its Caustics to Casts to take it as smooth."
+    ]
+    frosted.dapple.caustics = "ALWAYS"
+    found, warnings = read()
+    assert [c.name for c in found.casters] == ["Ball", "Lamp"]
+    assert warnings == ["Caustics take material 'Frosted' as smooth, of roughness 0.3."]
+
+
+def test_what_casts_in_cycles_casts(scene):
+    frosted = ball("Lamp", material("Frosted", Roughness=0.3))
+    frosted.cycles.is_caustics_caster = True
+    assert [c.name for c in read()[0].casters] == ["Lamp"]
+    frosted.dapple.caustics = "NEVER"
+    ball("Ball", material("Clear"))
+    found, warnings = read()
+    assert [o.name for o in found.occluders] == ["Lamp"]
+    assert warnings == []
+
+
+def test_to_cast_without_a_material_that_does(scene):
+    ball("Ball", material("Clear"))
+    ball("Stone").dapple.caustics = "ALWAYS"
+    found, (warning,) = read()
+    assert [o.name for o in found.occluders] == ["Stone"]
+    assert "'Stone' is to cast caustics, but no material of it refracts or mirrors" in warning
+
+
+def test_impossible_index_blocks_and_is_said(scene):
+    ball("Ball", material("Clear"))
+    ball("Bubble", material("Air", IOR=0.75))
+    found, (warning,) = read()
+    assert [o.name for o in found.occluders] == ["Bubble"]
+    assert "'Air' has IOR 0.75 and casts no caustics" in warning
+
+
+def test_glass_that_is_open_or_inside_out_is_said(scene):
+    ball("Good", material("Clear"))
+    pane = add_grid("Pane", 3.0)
+    pane.data.materials.append(material("Window"))
+    made = ball("Turned", material("Turned"))
+    made.data.flip_normals()
+    _, warnings = read()
+    assert len(warnings) == 2
+    assert any("Glass 'Pane' is not closed" in warning for warning in warnings)
+    assert any("Glass 'Turned' is inside out" in warning for warning in warnings)
+
+
+def test_rough_things_alone_are_no_scene_and_why_is_said(scene):
+    ball("Lamp", material("Frosted", Roughness=0.3))
+    with pytest.raises(DappleError, match=r"Nothing bends light or mirrors it: pick the water.*'Frosted' .* roughness"):
+        read()
+
+
+def test_sun_from_below_lights_glass_where_no_water_is(scene):
+    ball("Ball", material("Clear"))
+    bpy.data.objects["Sun"].rotation_euler.x = math.pi
+    (light,) = read()[0].lights
+    assert light.direction[2] == pytest.approx(1)
+
+
+def test_animated_material_is_that_of_the_frame(scene):
+    clear = material("Clear")
+    ball("Ball", clear)
+    shader = next(n for n in clear.node_tree.nodes if n.type == "BSDF_PRINCIPLED")
+    for frame, ior in ((1, 1.3), (2, 1.6)):
+        shader.inputs["IOR"].default_value = ior
+        shader.inputs["IOR"].keyframe_insert("default_value", frame=frame)
+    for frame, ior in ((1, 1.3), (2, 1.6)):
+        scene.frame_set(frame)
+        assert read()[0].casters[0].material.eta == pytest.approx(ior)
+
+
+def test_names_of_casters(scene):
+    ball("Ball", material("Clear"))
+    ball("Lamp", material("Frosted", Roughness=0.3))
+    ball("Sea", bpy.data.materials["Clear"])
+    assert caster_names(bpy.context.evaluated_depsgraph_get(), {"Sea", "Floor"}) == ["Ball"]
+
+
+def box(size=1.0):
+    empty = bpy.data.objects.new("Box", None)
+    empty.empty_display_type, empty.empty_display_size = "CUBE", size
+    bpy.context.scene.collection.objects.link(empty)
+    return empty
+
+
+def test_volume_is_the_cube_that_is_drawn(scene):
+    ball("Ball", material("Clear"))
+    empty = box(0.5)
+    empty.location, empty.scale = (1, 2, 3), (2, 4, 6)
+    volume = read(volume=Bounds("Box", ("-Z", "+X")))[0].volume
+    corner = volume.matrix @ (1, 1, 1, 1)
+    np.testing.assert_allclose(corner, (2, 4, 6, 1))
+    np.testing.assert_allclose(volume.matrix @ (-1, -1, -1, 1), (0, 0, 0, 1), atol=1e-12)
+    assert volume.culling == (False, True, False, False, True, False)
+    assert read()[0].volume is None
+
+
+@pytest.mark.parametrize("name", ["Box", "Ball", "Nothing"])
+def test_volume_that_is_none(scene, name):
+    ball("Ball", material("Clear"))
+    box().scale.y = 0.0
+    with pytest.raises(DappleError, match=f"The caustics volume '{name}' is (flat|no Empty)"):
+        read(volume=Bounds(name))
+
+
+def test_settings_reach_the_bake_and_the_record(scene, tmp_path, monkeypatch):
+    met = []
+
+    def solve(kernel_scene, texels, settings, reconstruction):
+        met.append((kernel_scene, settings))
+        kernel_scene.water.positions.resize((1, 3))
+        return solve_by_height(kernel_scene, texels, settings)
+
+    use_solver(monkeypatch, solve)
+    ball("Ball", material("Clear"))
+    scene.dapple.bounces, scene.dapple.volume, scene.dapple.culling = 3, box(), {"-Z"}
+    assert bpy.ops.dapple.bake_frame.poll()
+    list(bake(bpy.context, request_from_scene(scene, frames=(1,))))
+    ((kernel_scene, settings),) = met
+    assert settings.bounces == 3
+    assert kernel_scene.volume.culling == (False,) * 4 + (True, False)
+    known = json.loads((tmp_path / "out" / "bake.json").read_text())
+    assert known["water"] == []
+    assert known["volume"] == {"name": "Box", "culling": ["-Z"]}
+    (caster,) = known["frames"]["1"]["casters"]
+    assert caster["name"] == "Ball"
+    assert caster["glass"]["eta"] == 1.5
