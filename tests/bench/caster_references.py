@@ -1,0 +1,129 @@
+"""References of light over casters: Mitsuba's photons until two halves agree, kept in a folder that git ignores."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, fields, is_dataclass
+from pathlib import Path
+
+import mitsuba as mi
+import numpy as np
+
+from . import mitsuba_scene
+from .mitsuba_light import LightTracer
+from .reference_files import FOLDER
+
+_ROUND = 2**23  # photons of each half at a time
+_MOST = 24  # rounds
+_ENOUGH = 5e-5  # error at which no further round is made
+
+
+@dataclass(frozen=True)
+class Maps:
+    """Irradiance [W/m^2] on the texels of several receivers, one after the other: light (K,3); weight (K,) [m^2], the
+    area of each; cuts, where each receiver's texels end."""
+
+    light: np.ndarray
+    weight: np.ndarray
+    cuts: tuple
+
+    def error(self, light, part=None):
+        """Mean squared error over the area of light (K,3) against this, over the mean square; of one receiver or all"""
+        mine, theirs, weight = (self._of(v, part) for v in (self.light, light, self.weight[:, None]))
+        return float((weight * (theirs - mine) ** 2).sum() / (weight * mine**2).sum())
+
+    def mean_error(self, light, part=None):
+        """Mean absolute error over the area, over the mean."""
+        mine, theirs, weight = (self._of(v, part) for v in (self.light, light, self.weight[:, None]))
+        return float((weight * np.abs(theirs - mine)).sum() / (weight * mine).sum())
+
+    def energy(self, light, part=None):
+        """Relative error of the whole flux."""
+        mine, theirs, weight = (self._of(v, part) for v in (self.light, light, self.weight[:, None]))
+        return float((weight * theirs).sum() / (weight * mine).sum()) - 1
+
+    def _of(self, values, part):
+        return values if part is None else np.split(values, self.cuts)[part]
+
+
+@dataclass(frozen=True)
+class CasterReference:
+    """maps: the Maps of all light; short: of the light that met no more than 6 specular surfaces; errors: the standard
+    error's square over the mean square, of all receivers together and of each; lost: cause -> (3,) [W]."""
+
+    maps: Maps
+    short: Maps
+    errors: tuple
+    lost: dict
+    photons: int
+
+
+def of_scene(scene, texels):
+    """The CasterReference of a Scene on Texels, one per receiver: from its file where the scene and the code are those
+    of the file."""
+    path = FOLDER / f"casters_{_digest(scene, texels)}.npz"
+    if not path.exists():
+        loaded = mitsuba_scene.load(scene)
+        tracer = LightTracer(scene, loaded, texels[0].resolution)
+        halves = tracer.throw(_ROUND, 1), tracer.throw(_ROUND, 2)
+        rounds = 1
+        while rounds < _MOST and _reference(texels, *_arrays(halves, rounds)).errors[0] > _ENOUGH:
+            for number, half in enumerate(halves):
+                half.add(tracer.throw(_ROUND, 2 * rounds + 1 + number))
+            rounds += 1
+        FOLDER.mkdir(exist_ok=True)
+        flux, lost, photons = _arrays(halves, rounds)
+        np.savez(path, flux=flux, lost=list(lost.values()), causes=list(lost), photons=photons)
+    kept = np.load(path)
+    lost = dict(zip(map(str, kept["causes"]), kept["lost"], strict=True))
+    return _reference(texels, kept["flux"], lost, int(kept["photons"]))
+
+
+def irradiance(texels, images):
+    """Light (K,3) [W/m^2] on the texels of all receivers, of flux images (R,R,3) [W]."""
+    parts = []
+    for own, image in zip(texels, images, strict=True):
+        owned = [own.gather(image[:, :, channel].ravel())[0] for channel in range(3)]
+        parts.append(np.stack(owned, 1) / own.area[:, None])
+    return np.concatenate(parts)
+
+
+def maps_of(texels, light):
+    """The Maps of light (K,3) on all texels."""
+    cuts = tuple(int(cut) for cut in np.cumsum([len(t.texel) for t in texels])[:-1])
+    return Maps(light, np.concatenate([t.area for t in texels]), cuts)
+
+
+def _arrays(halves, rounds):
+    """Flux (2 halves, all and short, receivers, R, R, 3), what is lost in the mean, and photons."""
+    flux = np.stack([[half.maps, half.short] for half in halves]) / rounds
+    lost = {cause: sum(half.lost[cause] for half in halves) / (2 * rounds) for cause in halves[0].lost}
+    return flux, lost, sum(half.photons for half in halves)
+
+
+def _reference(texels, flux, lost, photons):
+    (first, first_short), (second, second_short) = ([irradiance(texels, kind) for kind in half] for half in flux)
+    maps = maps_of(texels, (first + second) / 2)
+    errors = tuple(maps.error(first, part) for part in (None, *range(len(texels))))  # a half is half the difference off
+    return CasterReference(maps, maps_of(texels, (first_short + second_short) / 2), errors, lost, photons)
+
+
+def _digest(scene, texels):
+    digest = hashlib.sha256()
+    _feed(digest, scene)
+    digest.update(repr((texels[0].resolution, _ROUND, _MOST, _ENOUGH, mi.__version__)).encode())
+    for name in ("mitsuba_scene.py", "mitsuba_light.py"):
+        digest.update((Path(__file__).parent / name).read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def _feed(digest, thing):
+    """Feed a tree of dataclasses, tuples and arrays to a digest."""
+    if is_dataclass(thing):
+        for field in fields(thing):
+            _feed(digest, getattr(thing, field.name))
+    elif isinstance(thing, tuple):
+        for part in thing:
+            _feed(digest, part)
+    else:
+        digest.update(thing.tobytes() if isinstance(thing, np.ndarray) else repr(thing).encode())
