@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..disc.disc import Disc, within_disc
 from ..lit_water import light_water, may_be_shadowed, part_of
 from ..scene import Spot, Sun
 from .beams import splat
-from .disc import Disc, within_disc
 from .lander import Lander
 from .landing import Plane, Rays
 from .meetings import Meetings
@@ -72,18 +72,12 @@ class Lit:
         flux = sheet.flux()
         beside = sheet.landed - flux.sum(1)
         lost[0]["missed"] += np.where(beside > _ROUNDING * sheet.landed, beside, 0.0)
-        flux = np.stack([self.disc.blur(channel) for channel in flux])
+        flux = self.disc.blur(flux)
         owned, *books = self._own(flux, lost, met)
         arrived = flux.sum() / sheet.channels / area
         error = sum(errors) / square * (mean / arrived) ** 2 if arrived > 0 else 0.0
-        return owned, *books, error + self._doubt(owned)
-
-    def _doubt(self, owned):
-        """Relative mean squared error that the blur by the disc leaves in flux (K,3)."""
-        if not (self.disc.seen and owned.any()):
-            return 0.0
-        mean = owned.sum(1) / np.concatenate([t.area for t in self.texels])
-        return self.disc.error * mean.var() / mean.mean() ** 2
+        light = owned.mean(1) / np.concatenate([t.area for t in self.texels])
+        return owned, *books, error + self.disc.doubt(light)
 
     def throw(self, photons, rng):
         """As `spread`, by about `photons` points, and how many there were."""
