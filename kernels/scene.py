@@ -62,7 +62,8 @@ class Water:
 
 @dataclass(frozen=True)
 class Receiver:
-    """A mesh that takes the light: positions (V,3) [m]; triangles (T,3); uvs (T,3,2), one per corner."""
+    """A mesh that takes the light on its front, the side that sees its triangles wound counter-clockwise: positions
+    (V,3) [m]; triangles (T,3); uvs (T,3,2), one per corner."""
 
     name: str
     positions: np.ndarray

@@ -23,6 +23,11 @@ _NO_LIGHT = (
     "No light by way of water, glass or mirrors reaches receiver '{}'; check that one of them lies between the lamps "
     "and it, or that it stands where they mirror the lamps."
 )
+_BACKS = (
+    "{:.0%} of the light that comes to receivers falls on the backs of their faces, which stay dark. Turn the "
+    "faces round (Edit Mode: Mesh > Normals > Flip), or give a wall that is lit on both sides a thickness."
+)
+_MUCH = 0.5  # of the light on receivers
 LEAST_RESOLUTION, MOST_RESOLUTION = 16, 16384
 
 
@@ -102,14 +107,24 @@ def _bake_frame(depsgraph, number, request, topology, texels, reconstruction):
     clock.lap("texels")
     solution = methods.solve(scene, charts, request.settings, reconstruction)
     clock.lap("solve")
-    received = solution.diagnostics.flux_received
-    warnings = [*warnings, *(_NO_LIGHT.format(name) for name, flux in received.items() if not flux.any())]
+    warnings = [*warnings, *_dark(solution.diagnostics)]
     paths = {receiver: map_path(request.out, receiver, number) for receiver in request.receivers}
     for path, image in zip(paths.values(), solution.images):
         write_exr(path, image)
     clock.lap("write")
     files = {receiver: path.relative_to(request.out).as_posix() for receiver, path in paths.items()}
     return frame_entry(scene, solution.diagnostics, clock.seconds, files, warnings)
+
+
+def _dark(diagnostics):
+    """Warnings on receivers that stay dark."""
+    received = diagnostics.flux_received
+    warnings = [_NO_LIGHT.format(name) for name, flux in received.items() if not flux.any()]
+    back = np.sum(diagnostics.flux_lost.get("back", 0.0))
+    total = back + sum(flux.sum() for flux in received.values())
+    if back > _MUCH * total:
+        warnings.append(_BACKS.format(back / total))
+    return warnings
 
 
 class _Clock:

@@ -60,6 +60,11 @@ def quad(name, corners, uv_low=(0.0, 0.0), uv_high=(1.0, 1.0)):
     return Receiver(name, np.asarray(corners, float), triangles, uv[triangles])
 
 
+def turned(receiver):
+    """The same Receiver with its front where its back was."""
+    return Receiver(receiver.name, receiver.positions, receiver.triangles[:, ::-1], receiver.uvs[:, ::-1])
+
+
 def floor(side=4.0, z=0.0, **uv):
     """A square floor round the origin."""
     half = side / 2

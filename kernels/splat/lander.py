@@ -17,13 +17,14 @@ from .meetings import HISTORIES, once
 from .photons import bend, bounce
 from .silhouettes import lines
 
-MISSED, OCCLUDED, SHADOWED, UNLIT, SHADED, TRAPPED = -1, -2, -3, -4, -5, -6
+MISSED, OCCLUDED, SHADOWED, UNLIT, SHADED, TRAPPED, BACK = -1, -2, -3, -4, -5, -6, -7
 LOST = {
     MISSED: "missed",
     OCCLUDED: "occluded",
     SHADOWED: "shadowed",
     SHADED: "shadowed_by_water",
     TRAPPED: "trapped",
+    BACK: "back",
 }
 DARK = SHADOWED, SHADED  # no light comes to the water
 _SPREAD = 16.0  # area on the receiver per area of the beam, at most: light along a wall has no limit
@@ -32,8 +33,9 @@ _SPREAD = 16.0  # area on the receiver per area of the beam, at most: light alon
 @dataclass
 class Nodes:
     """Points of the water and where their rays land: m, n (3,k) position and normal, interpolated, not unit; chart
-    (k,) by number, or MISSED, OCCLUDED, SHADOWED, or UNLIT off a sharp cone; x, y (k,) texel coordinates; spread (k,)
-    length on the receiver per length of the beam, at most; carried (R,k) by the lander's `rows`."""
+    (k,) by number, or MISSED, OCCLUDED, SHADOWED, UNLIT off a sharp cone, BACK of a receiver's triangle; x, y (k,)
+    texel coordinates; spread (k,) length on the receiver per length of the beam, at most; carried (R,k) by the lander's
+    `rows`."""
 
     m: np.ndarray
     n: np.ndarray
@@ -121,7 +123,8 @@ class Lander:
                 x, y = self._along(1, triangle, point, 1), self._along(2, triangle, point, 1)
             on_receiver &= np.isfinite(x) & np.isfinite(y) & (share > 0)
             x, y = np.clip(x, 0, self._side), np.clip(y, 0, self._side)
-            chart = np.where(on_receiver, np.take(self._charts, triangle) + rays.history * self._count, chart)
+            front = np.where(fall < 0, np.take(self._charts, triangle) + rays.history * self._count, BACK)
+            chart = np.where(on_receiver, front, chart)
             spread = np.where(on_receiver, 1 / np.maximum(np.abs(fall), 1 / _SPREAD), 1.0)
         carried = self.rows.of(met, share, rays.wet + tau * rays.inside, on_receiver, rays.share)
         if self._meetings is not None:

@@ -14,7 +14,7 @@ _FLAT = 1e-5  # of the map's side: how far a receiver's corners may be from one 
 
 def one_plane(scene, texels):
     """The affine map (3,4) from the world to height [m] and texel coordinates of a scene that is one planar receiver
-    with whole texels and nothing in the way, else None; see `lander.texel_maps`."""
+    with whole texels, all the water before its front and nothing in the way, else None; see `lander.texel_maps`."""
     if len(scene.receivers) != 1 or scene.occluders or scene.casters:
         return None
     receiver, own = scene.receivers[0], texels[0]
@@ -26,7 +26,8 @@ def one_plane(scene, texels):
     off = np.abs(image[:, 1:] - receiver.uvs.reshape(-1, 2) * own.resolution).max(initial=0)
     if max(off, np.abs(image[:, 0]).max(initial=0) * per_metre) > _FLAT * own.resolution:
         return None
-    return widest if own.whole[own.texel].all() else None
+    before = scene.water.positions @ widest[0, :3] + widest[0, 3] > 0
+    return widest if before.all() and own.whole[own.texel].all() else None
 
 
 class PlaneLander:

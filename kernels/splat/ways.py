@@ -8,7 +8,7 @@ from ..disc.disc import Disc, within_disc
 from ..lit_water import light_water, may_be_shadowed, part_of
 from ..scene import Spot, Sun
 from .beams import splat
-from .lander import Lander
+from .lander import BACK, LOST, Lander
 from .landing import Plane, Rays
 from .meetings import Meetings
 from .photons import batches
@@ -17,6 +17,7 @@ from .reflection import may_reflect_onto
 from .sheet import Sheet
 
 AGAIN = "second_meeting", "trapped"  # causes of loss where light meets the water again
+_NAMED = (*AGAIN, LOST[BACK])  # that light which the water reflects is lost by, under a name of its own
 _DIRECTIONS = 32  # from which points of one half come, of a sun with a disc
 _ROUNDING = 1e-12
 # texels: how wide a thing may stand between rays unseen. On pool.blend 2 texels leave an error of 1e-5 and 1 of 4e-7.
@@ -117,9 +118,9 @@ class Lit:
         """
         books = lost[0]
         for all_of_it, own in zip(met[1:], lost[1:]):
-            again = {cause: own[cause] for cause in AGAIN if cause in own}
-            books["reflected"] = books["reflected"] - (all_of_it - sum(own.values()) + sum(again.values()))
-            books |= {cause: books.get(cause, 0.0) + watts for cause, watts in again.items()}
+            named = {cause: own[cause] for cause in _NAMED if cause in own}
+            books["reflected"] = books["reflected"] - (all_of_it - sum(own.values()) + sum(named.values()))
+            books |= {cause: books.get(cause, 0.0) + watts for cause, watts in named.items()}
         owned = []
         for k, channel in enumerate(flux):
             parts = [t.gather(part) for t, part in zip(self.texels, np.split(channel, len(self.texels)), strict=True)]

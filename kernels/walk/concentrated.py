@@ -34,16 +34,17 @@ class Landing:
         self._side = texels[0].resolution if texels else 1
 
     def land(self, m, direction):
-        """Rays along direction (3,n) from m (3,n): index of those that land; there, image, flat texel, point, normal
-        and [m^2] of a texel."""
+        """Rays along direction (3,n) from m (3,n): index of those that land on a front; there, image, flat texel,
+        point, normal and [m^2] of a texel."""
         hit = self._objects.first(m.T, direction.T)
         at = np.flatnonzero((hit != MISS) & (hit < len(self._image)))
         triangle, m, direction = hit[at], m[:, at], direction[:, at]
         maps = self._maps[triangle]
         with np.errstate(divide="ignore", invalid="ignore"):
-            way = -((maps[:, 0, :3].T * m).sum(0) + maps[:, 0, 3]) / (maps[:, 0, :3].T * direction).sum(0)
+            fall = (maps[:, 0, :3].T * direction).sum(0)
+            way = -((maps[:, 0, :3].T * m).sum(0) + maps[:, 0, 3]) / fall
         point = m + way * direction
-        sound = np.isfinite(way)
+        sound = np.isfinite(way) & (fall < 0)
         at, triangle, maps, point = at[sound], triangle[sound], maps[sound], point[:, sound]
         top = self._side - 1
         x, y = ((maps[:, k, :3].T * point).sum(0) + maps[:, k, 3] for k in (1, 2))

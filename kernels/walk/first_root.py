@@ -43,7 +43,7 @@ def _roots(paths, points, normals, work, clock):
     on_fold = np.flatnonzero(~np.isfinite(watts).all(1))
     watts[on_fold], walk.status[on_fold] = 0, Status.LOST
     clock.lap("irradiance")
-    hidden = found[paths.hidden(*path, points[found])]
+    hidden = found[paths.hidden(*path, points[found], normals[found])]
     watts[hidden], walk.status[hidden] = 0, Status.BLOCKED
     clock.lap("visibility")
     work.paths["found"] = work.paths.get("found", 0) + len(found)

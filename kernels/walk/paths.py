@@ -53,7 +53,7 @@ class LightPaths:
             roots = Roots.concatenated([roots.take(keep), more])
             factors = [np.concatenate([f[keep], g]) for f, g in zip(factors, more_factors, strict=True)]
         passed, density, length = factors
-        visible = ~self.hidden(roots.triangle, roots.weights, points[roots.point])
+        visible = ~self.hidden(roots.triangle, roots.weights, points[roots.point], normals[roots.point])
         return Paths(roots.point, roots.triangle, visible, passed, np.abs(density), length, wrong)
 
     def first_water(self, points):
@@ -79,13 +79,15 @@ class LightPaths:
         watts = passed[:, None] * self.lit.source.power
         return watts * np.exp(-length[:, None] * self._sigma_a) if self._sigma_a.any() else watts
 
-    def hidden(self, triangle, weights, points):
-        """Whether (n,) an object stands between the light and M, or between M and points (n,3)."""
+    def hidden(self, triangle, weights, points, normals):
+        """Whether (n,) an object stands between the light and M, or between M and points (n,3), their own surface with
+        normals (n,3) too: light that comes to its back lights it not."""
         m = self._world(triangle, weights)
         ray = points - m
         length = np.linalg.norm(ray, axis=1)
         ray /= np.maximum(length, np.finfo(float).tiny)[:, None]
-        return self.shadowed(triangle, weights) | self._objects.blocked(m, ray, length)
+        back = (ray * normals).sum(1) >= 0
+        return back | self.shadowed(triangle, weights) | self._objects.blocked(m, ray, length)
 
     def shadowed(self, triangle, weights):
         """Whether (n,) an object stands between the light and M."""

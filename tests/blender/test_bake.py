@@ -225,9 +225,18 @@ def test_water_that_lights_nothing_is_said(empty_scene, out):
     assert any("No light by way of water" in warning for warning in record(out)["frames"]["1"]["warnings"])
 
 
+def test_light_that_falls_on_backs_is_said(empty_scene, out):
+    build_pool(empty_scene, out)
+    bpy.data.objects["Floor"].rotation_euler.x = math.pi
+    *_, last = run(empty_scene, frames=(1,))
+    assert not record(out)["frames"]["1"]["flux_received"]["Floor"][0]
+    assert record(out)["frames"]["1"]["flux_lost"]["back"][0] > 1
+    assert any("back" in warning and "Flip" in warning for warning in last.warnings)
+
+
 def test_a_receiver_above_the_water_takes_what_is_reflected(empty_scene, out):
     build_pool(empty_scene, out)
-    bpy.data.objects["Floor"].location.z = 2.0
+    bpy.data.objects["Floor"].location.z, bpy.data.objects["Floor"].rotation_euler.x = 2.0, math.pi
     bpy.data.objects["Sun"].rotation_euler.y = -0.5  # light travels towards -x, and off the water still so
     *_, last = run(empty_scene, frames=(1,))
     frame = record(out)["frames"]["1"]

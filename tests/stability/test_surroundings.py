@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from waves import OBLIQUE, calm, five_sines, flat, floor, pool, quad, transmitted
+from waves import OBLIQUE, calm, five_sines, flat, floor, pool, quad, transmitted, turned
 
 from dapple.kernels.scene import Occluder
 from dapple.tests.stability.photons import constant, trace
@@ -100,7 +100,7 @@ def test_walls_of_a_pool(every_method):
     """
     ends = np.array([[-2, -2], [2, -2], [2, 2], [-2, 2]], float)
     walls = [
-        quad(f"Wall {k}", [[*a, 0], [*b, 0], [*b, 2], [*a, 2]])
+        turned(quad(f"Wall {k}", [[*a, 0], [*b, 0], [*b, 2], [*a, 2]]))
         for k, (a, b) in enumerate(zip(ends, np.roll(ends, -1, axis=0), strict=True))
     ]
     scene = pool(calm, quads=48, side=4.0, receivers=[floor(), *walls])

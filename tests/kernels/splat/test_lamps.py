@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from waves import five_sines, flat, floor, mesh_water, quad, transmitted, water
+from waves import five_sines, flat, floor, mesh_water, quad, transmitted, turned, water
 
 from dapple.kernels.lit_water import light_water, may_be_shadowed
 from dapple.kernels.maps.texels import rasterise
@@ -129,7 +129,7 @@ def test_the_cone_of_a_spot_and_its_blend(blend, stretch):
 @either
 def test_points_and_beams_agree_under_a_spot_over_waves(points):
     """On floor and walls, cone and blend included."""
-    wall = quad("Wall", [[1.5, -2, 0], [1.5, 2, 0], [1.5, 2, 1.3], [1.5, -2, 1.3]])
+    wall = turned(quad("Wall", [[1.5, -2, 0], [1.5, 2, 0], [1.5, 2, 1.3], [1.5, -2, 1.3]]))
     scene = under(spot(towards=(0.8, 0.0, 0.0), degrees=30.0, blend=0.5), five_sines, 48, receivers=[floor(), wall])
     beams, other = bake(scene, 32, 1e-3), bake(scene, 32, 1e-3, points)
     assert beams.diagnostics.flux_received["Wall"][0] > 0.01
@@ -159,8 +159,8 @@ def test_water_turned_the_other_way_is_the_same_water():
     scene = under(lamp(), five_sines, 24)
     w = scene.water
     flipped = replace(scene, water=mesh_water(w.positions, w.triangles[:, ::-1], -w.normals))
-    turned, image = bake(flipped).images[0], bake(scene).images[0]
-    assert ((turned - image) ** 2).mean() < 1e-8 * image.mean() ** 2
+    other, image = bake(flipped).images[0], bake(scene).images[0]
+    assert ((other - image) ** 2).mean() < 1e-8 * image.mean() ** 2
 
 
 def test_lamps_and_colours_add():
@@ -174,7 +174,7 @@ def test_lamps_and_colours_add():
 
 def test_a_wall_above_still_water_sees_the_lamp_mirrored_in_it():
     """E = I (1 - T) cos / R^2 from the mirror image, below the surface as far as the lamp is above it."""
-    wall = quad("Wall", [[1.5, -1, 1.6], [1.5, 1, 1.6], [1.5, 1, 2.6], [1.5, -1, 2.6]])
+    wall = turned(quad("Wall", [[1.5, -1, 1.6], [1.5, 1, 1.6], [1.5, 1, 2.6], [1.5, -1, 2.6]]))
     answer = bake(under(lamp((0.2, 0.1, 3.0)), quads=64, receivers=[wall]))
     image = answer.images[0][..., 0]
     y, z = np.meshgrid(np.linspace(-1, 1, 129)[1::2], np.linspace(1.6, 2.6, 129)[1::2])

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from waves import OBLIQUE, calm, five_sines, flat, floor, grid, pool, quad, sun, transmitted, water
+from waves import OBLIQUE, calm, five_sines, flat, floor, grid, pool, quad, sun, transmitted, turned, water
 
 from dapple.kernels.halfedges import build_twins
 from dapple.kernels.maps.texels import rasterise
@@ -29,7 +29,7 @@ def walls(height=1.5):
     """The four walls round the pool's floor, each with a quarter of the UV square to itself, as four receivers."""
     ends = np.array([[-2, -2], [2, -2], [2, 2], [-2, 2]], float)
     return [
-        quad(f"Wall {k}", [[*a, 0], [*b, 0], [*b, height], [*a, height]])
+        turned(quad(f"Wall {k}", [[*a, 0], [*b, 0], [*b, height], [*a, height]]))
         for k, (a, b) in enumerate(zip(ends, np.roll(ends, -1, axis=0), strict=True))
     ]
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from waves import five_sines, flat, floor, quad, sun, transmitted, water
+from waves import five_sines, flat, floor, quad, sun, transmitted, turned, water
 
 from dapple.kernels.lit_water import light_water
 from dapple.kernels.maps.texels import rasterise
@@ -23,7 +23,7 @@ def bake(scene, resolution=64, tolerance=1e-3, points=False):
 
 def wall(x=2.5, low=1.5, high=9.0, half=3.0):
     """A wall across x, facing the light that comes from -x."""
-    return quad("Wall", [[x, -half, low], [x, half, low], [x, half, high], [x, -half, high]])
+    return turned(quad("Wall", [[x, -half, low], [x, half, low], [x, half, high], [x, -half, high]]))
 
 
 def slanted(degrees):
@@ -75,7 +75,7 @@ def test_a_wall_through_the_water_line_gets_both(points):
 
 def test_beams_equal_points_over_waves():
     """Two walls and a bridge above the waves: independent sums of one integral."""
-    bridge = quad("Bridge", [[-1, -2, 2.2], [1, -2, 2.2], [1, 2, 2.4], [-1, 2, 2.4]])
+    bridge = turned(quad("Bridge", [[-1, -2, 2.2], [1, -2, 2.2], [1, 2, 2.4], [-1, 2, 2.4]]))
     scene = Scene(water(five_sines, 160), (wall(x=2.03, low=1.3, high=2.5), bridge), (), (slanted(50.0),))
     beams, points = bake(scene, 32, 1e-3), bake(scene, 32, 2e-3, points=True)
     for one, other, name in zip(beams.images, points.images, ("Wall", "Bridge"), strict=True):
