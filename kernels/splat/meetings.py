@@ -58,7 +58,7 @@ class Meetings:
 
     positions (V,3), normals (N,3) that point out of the water, triangles and normal_triangles (T,3), twins (3T,);
     solids: a Tracer over all that ends a ray; eta. slope: of the steepest triangle, inf where one does not look up,
-    and no more than twice its steepest edge's, which is that of the water where corners lie almost in a row in plan;
+    and no more than twice that of its edges and normals, which is the water's where corners lie in a row in plan;
     steep (T,) bool: triangles that are steep or do not look up; gentle: slope of the steepest of the others.
     """
 
@@ -69,8 +69,9 @@ class Meetings:
         facets = facets or Facets.of(positions, normals, triangles, normal_triangles)
         across = facets.outward()
         squared = _squared_slopes(across)
-        at = np.flatnonzero((squared > _CALM**2) & (across[2] > 0))
-        squared[at] = np.minimum(squared[at], _NEEDLE * _edge_slopes(positions[triangles[at]].transpose(1, 2, 0)))
+        at = np.flatnonzero(squared > _CALM**2)
+        round_it = _slopes_round(positions[triangles[at]], normals[normal_triangles[at]])
+        squared[at] = np.minimum(squared[at], _NEEDLE * round_it)
         self.steep = squared > _STEEP**2
         self.slope, self.gentle = (float(np.sqrt(v.max(initial=0))) for v in (squared, squared[~self.steep]))
         self._stacked = np.isinf(self.slope) or _sheets(positions, triangles, twins) > 1 + _OVERLAP
@@ -228,12 +229,14 @@ def _squared_slopes(across):
     return squared
 
 
-def _edge_slopes(soup):
-    """Squared slope (n,) of the steepest edge of triangles, corners soup (3,3,n)."""
-    steepest = np.zeros(soup.shape[2])
+def _slopes_round(corners, normals):
+    """Squared slope (n,) of the steepest edge or normal of triangles with corners and normals there (n,3,3)."""
+    steepest = np.zeros(len(corners))
     for k in range(3):
-        x, y, z = soup[k] - soup[k - 1]
-        steepest = np.maximum(steepest, z * z / np.maximum(x * x + y * y, np.finfo(float).tiny))
+        x, y, z = (corners[:, k] - corners[:, k - 1]).T
+        with np.errstate(over="ignore"):
+            edge = z * z / np.maximum(x * x + y * y, np.finfo(float).tiny)
+        steepest = np.maximum(np.maximum(steepest, edge), _squared_slopes(normals[:, k].T))
     return steepest
 
 

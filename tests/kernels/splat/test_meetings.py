@@ -203,7 +203,11 @@ def test_a_needle_is_as_steep_as_the_water_round_it():
     positions = np.stack([x, y, 0.5 * (x * x + y * y)], 1)
     needle = np.array([[0, 2, 1]])
     others = np.array([[0, 3, 2], [0, 1, 4], [1, 2, 4]])
-    alone, round_it = meetings(positions, others), meetings(positions, np.concatenate([others, needle]))
+    triangles = np.concatenate([others, needle])
+    normals = np.stack([-x, -y, np.ones(5)], 1)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     facet = np.cross(*(positions[needle[0, 1:]] - positions[0]))
     assert np.hypot(*facet[:2]) > 100 * abs(facet[2])
-    assert round_it.slope <= alone.slope < 0.3 and not round_it.steep.any()
+    smooth = meetings(positions, triangles, normals)
+    assert smooth.slope <= 0.5 and not smooth.steep.any()
+    assert meetings(positions, triangles).slope > 100, "flat shading means the facet"
