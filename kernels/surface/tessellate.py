@@ -17,16 +17,16 @@ class Tessellation:
     """Triangles (T,3) with twins (3T,), each cut in k x k where `cut` (T,) bool says so; `count` old vertices.
 
     No cut triangle may share a vertex with an uncut one. triangles, twins: those of the parts, as in `Water`; ends
-    (2,E): the old vertices of the cut edges; inner (3,S): the corners of the cut triangles.
+    (2,E): the old vertices of the cut edges; inner (3,S), edges (S,3): the corners and the edges of the cut triangles.
     """
 
     def __init__(self, triangles, twins, count, cut, k):
         self.k = k
         kept, cut = np.flatnonzero(~cut), np.flatnonzero(cut)
         self.inner = triangles[cut].T.astype(np.int64)
-        edges, ahead, self.ends = _edges(triangles, twins, cut)
+        self.edges, ahead, self.ends = _edges(triangles, twins, cut)
         table, halves, sides = _pattern(k)
-        known = self._vertices(edges, ahead, count)
+        known = self._vertices(ahead, count)
         parts = known[:, table].reshape(-1, 3)
         self.triangles = np.concatenate([parts, triangles[kept]]).astype(triangles.dtype)
         self.twins = self._twins(triangles, twins, cut, kept, halves, sides)
@@ -38,11 +38,11 @@ class Tessellation:
         i, j = _inside(k)
         return np.stack([k - n, n]) / k, np.stack([k - i - j, i, j]) / k
 
-    def _vertices(self, edges, ahead, count):
-        """The vertices (S,m) of each cut triangle's lattice, in the order of `_lattice`."""
-        k, size = self.k, edges.shape[0]
+    def _vertices(self, ahead, count):
+        """The vertices (S,m) of each cut triangle's lattice, in the order of `_pattern`."""
+        k, size = self.k, len(self.edges)
         rank = np.arange(k - 1)
-        along = count + edges[:, :, None] * (k - 1) + np.where(ahead[:, :, None], rank, rank[::-1])
+        along = count + self.edges[:, :, None] * (k - 1) + np.where(ahead[:, :, None], rank, rank[::-1])
         inside = (k - 1) * (k - 2) // 2
         first = count + self.ends.shape[1] * (k - 1)
         own = first + np.arange(size)[:, None] * inside + np.arange(inside)
