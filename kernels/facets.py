@@ -42,6 +42,17 @@ class Facets:
         return np.where(along < 0, -self.across, self.across)
 
 
+def extents(points, triangles):
+    """Least and greatest coordinates (k,T) of the corners of triangles (T,3) of points (V,k)."""
+    corners = [np.ascontiguousarray(c, np.intp) for c in triangles.T]
+    least, most = np.empty((2, points.shape[1], len(triangles)))
+    for k, values in enumerate(np.ascontiguousarray(points.T)):
+        a, b, c = (np.take(values, corner) for corner in corners)
+        np.minimum(np.minimum(a, b, out=least[k]), c, out=least[k])
+        np.maximum(np.maximum(a, b, out=most[k]), c, out=most[k])
+    return least, most
+
+
 def cross(a, b):
     """Cross products (3,n) of vectors (3,n)."""
     across = np.empty(np.broadcast_shapes(a.shape, b.shape))

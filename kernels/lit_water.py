@@ -147,24 +147,25 @@ def may_be_shadowed(lit, positions, triangles):
         up = lit.frame[2, 2]
         if up > 0 and positions[:, 2].max(initial=-np.inf) < lit.points[:, 2].min(initial=np.inf):
             return marked  # nothing is higher than the water, and the light comes from above
-        marked[ids] = _overshadowed(lit.positions[lit.triangles[ids]], (positions @ lit.frame.T)[triangles])
+        marked[ids] = _overshadowed(lit.positions, lit.triangles[ids], (positions @ lit.frame.T)[triangles])
         return marked
-    water, objects = _from_lamp(lit.points[lit.triangles[ids]], positions[triangles], lit.source.position)
-    marked[ids] = _overshadowed(water, objects) if water is not None else True
+    points, seen = _used(lit.points, lit.triangles[ids])
+    points, objects = _from_lamp(points, positions[triangles], lit.source.position)
+    marked[ids] = _overshadowed(points, seen, objects) if points is not None else True
     return marked
 
 
 def _from_lamp(water, objects, lamp):
-    """Triangles water (T,3,3) and objects (S,3,3) as the lamp sees them; None for water beside it or behind it.
+    """Points water (V,3) and triangles objects (S,3,3) as the lamp sees them; None for water beside it or behind it.
 
     (x / w, y / w, 1 / w), with w the distance from the lamp's plane, makes its light travel along -z and keeps planes
     and lines; objects that reach behind the lamp are cut at its plane.
     """
     if not len(water):
         return water, objects[:0]
-    frame = sun_frame(_unit(water.mean((0, 1)) - lamp))
+    frame = sun_frame(_unit(water.mean(0) - lamp))
     water, objects = (water - lamp) @ frame.T, (objects - lamp) @ frame.T
-    nearest = -water[:, :, 2].max()
+    nearest = -water[:, 2].max()
     if nearest < _CLOSE * np.abs(water).max():
         return None, None
     return _project(water), _project(_cut_behind(objects, -_NEAR * nearest))
@@ -174,9 +175,9 @@ def _unit(v):
     return v / max(np.linalg.norm(v), np.finfo(float).tiny)
 
 
-def _project(soup):
-    w = -soup[:, :, 2:]
-    return np.concatenate([soup[:, :, :2] / w, 1 / w], 2)
+def _project(points):
+    w = -points[..., 2:]
+    return np.concatenate([points[..., :2] / w, 1 / w], -1)
 
 
 def _cut_behind(soup, level):
@@ -193,19 +194,21 @@ def _cut_behind(soup, level):
     return np.concatenate(kept)
 
 
-def _overshadowed(water, objects):
-    """Whether (T,) one of triangles objects (S,3,3) reaches over each of water (T,3,3), up being +z."""
-    if not len(water):
+def _overshadowed(points, triangles, objects):
+    """Whether (n,) one of triangles objects (S,3,3) reaches over each of triangles (n,3) of points (V,3), up being
+    +z."""
+    if not len(triangles):
         return np.zeros(0, bool)
-    plan = water[:, :, :2]
-    edge = np.sqrt(((plan - np.roll(plan, -1, axis=1)) ** 2).sum(2).max(initial=0))
-    low = plan.min((0, 1))
-    width = (plan.max((0, 1)) - low).max()
+    corners = np.ascontiguousarray(triangles.T, np.intp)
+    x, y, z = (np.take(v, corners) for v in np.ascontiguousarray(points.T))
+    edge = np.sqrt(max(((x[k] - x[k - 1]) ** 2 + (y[k] - y[k - 1]) ** 2).max() for k in range(3)))
+    low = np.array([x.min(), y.min()])
+    width = max(x.max() - low[0], y.max() - low[1])
     cell = max(edge, width / _SHADOW_GRID, np.finfo(float).tiny)
     side = int(np.ceil(width / cell)) + 3
     top = _heights(objects, low - cell, cell, side)
-    column, row = ((plan[:, 0] - low) / cell + 1).astype(np.int64).T
-    return top[row, column] > water[:, :, 2].min(1)
+    column, row = (((v - start) / cell + 1).astype(np.int64) for v, start in zip((x[0], y[0]), low, strict=True))
+    return top[row, column] > np.minimum(np.minimum(z[0], z[1]), z[2])
 
 
 def _heights(soup, low, cell, side):

@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..facets import Facets, cross
+from ..facets import Facets, cross, extents
 from ..halfedges import AFTER
 from ..maps.coverage import edge_coverage
 from ..maps.uv_raster import cross2
@@ -26,6 +26,7 @@ _OVERLAP = 1e-6  # of a cell
 _OFF, _ROUNDING = 1e-3, 4e-6  # of the water's edges, and of its extent
 _NEEDLE = 4.0  # squared slope of a triangle over its edges', unless they all lie within 30 degrees in plan
 _CALM = 0.5  # slope: triangles that are no steeper are not looked at so closely
+_LOOKED = 4096  # triangles that the edges' length is taken from, at least
 _STEEP = np.sqrt(3)  # slope: triangles that are steeper are looked for one by one
 
 
@@ -135,9 +136,11 @@ class Meetings:
     @cached_property
     def _off(self):
         """How far off [m] the water rays start, so that float32 does not find what they leave."""
-        v = self._positions[self._triangles]
+        some = self._triangles[:: max(1, len(self._triangles) // _LOOKED)]
+        v = self._positions[some]
         edge = np.median(np.sqrt(((v - v[:, AFTER]) ** 2).sum(2).min(1)))
-        return max(_OFF * float(edge), _ROUNDING * float(np.ptp(v, axis=(0, 1)).max()))
+        least, most = extents(self._positions, self._triangles)
+        return max(_OFF * float(edge), _ROUNDING * float((most.max(1) - least.min(1)).max()))
 
     def _next(self, rays, at):
         """Those of the rays `at` that come to the water before anything solid: which, triangle and distance.

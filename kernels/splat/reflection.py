@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..facets import extents
+
 _CELLS = 128  # along each side of the grid
 _LEVEL = 0.1  # rise of a unit ray; those that rise less, or less than the water, are followed without a look at it
 
@@ -31,7 +33,7 @@ def may_reflect_onto(lit, receivers, meetings):
     near = flat[of].any(1) if flat.any() else np.zeros(len(of), bool)
     if len(solid) and not near.all():
         ray = ray[np.unique(of[~near])]
-        near |= _under(lit.points[triangles], solid, ray[:, :2] / ray[:, 2:], lowest)
+        near |= _under(lit.points, triangles, solid, ray[:, :2] / ray[:, 2:], lowest)
     lights[lights] = near
     return lights
 
@@ -52,21 +54,26 @@ def reflected(normals, towards):
     return 2 * along[:, None] * normals - towards
 
 
-def _under(corners, solid, drift, lowest):
-    """Whether (n,) triangles corners (n,3,3) may meet triangles solid (S,3,3) along rays that drift by drift (k,2)
-    per metre of rise, from no deeper than `lowest`."""
-    plan = corners[:, :, :2]
-    low, high = plan.min((0, 1)), plan.max((0, 1))
-    edge = (plan.max(1) - plan.min(1)).max(0)
+def _under(points, triangles, solid, drift, lowest):
+    """Whether (n,) triangles (n,3) of points (V,3) may meet triangles solid (S,3,3) along rays that drift by drift
+    (k,2) per metre of rise, from no deeper than `lowest`."""
+    least, most = extents(points[:, :2], triangles)
+    low, high = least.min(1), most.max(1)
+    edge = (most - least).max(1)
     cell = np.maximum((high - low) / _CELLS, np.finfo(float).tiny)
     height = solid[:, :, 2].max(1)[:, None] - lowest
     first = solid[:, :, :2].min(1) - np.maximum(height * drift.max(0), 0) - edge
     last = solid[:, :, :2].max(1) - np.minimum(height * drift.min(0), 0) + edge
-    first = np.clip((first - low) // cell, 0, _CELLS + 1).astype(np.int64)
-    last = np.clip((last - low) // cell + 1, 0, _CELLS + 1).astype(np.int64)
+    first = _cell(first, low, cell, _CELLS + 1)
+    last = _cell(last + cell, low, cell, _CELLS + 1)
     count = np.zeros((_CELLS + 2, _CELLS + 2), np.int64)
     for column, row, sign in ((first, first, 1), (last, last, 1), (first, last, -1), (last, first, -1)):
         np.add.at(count, (column[:, 0], row[:, 1]), sign)
     count = count.cumsum(0).cumsum(1)
-    at = np.clip((plan[:, 0] - low) // cell, 0, _CELLS).astype(np.int64)
-    return count[at[:, 0], at[:, 1]] > 0
+    column, row = _cell(points[:, :2], low, cell, _CELLS).T
+    return np.take((count > 0)[column, row], triangles[:, 0])
+
+
+def _cell(points, low, cell, most):
+    """The cells (n,2) that points (n,2) lie in, from 0 to `most`."""
+    return np.clip((points - low) / cell, 0, most).astype(np.int64)
