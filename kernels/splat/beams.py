@@ -25,24 +25,24 @@ _EDGES = [0, 3, 1, 4, 2, 5, 3, 4, 5], [3, 1, 4, 2, 5, 0, 4, 5, 3]  # between whi
 _MIDDLES = ([6, 14, 11], [7, 8, 12], [13, 9, 10], [12, 13, 14])  # of the parts' edges
 
 
-def splat(lit, twins, lander, shadowed, sheet, texel_area, tolerance, sight):
+def splat(lit, edges, lander, shadowed, sheet, texel_area, tolerance, sight):
     """Leave the flux [W for 1 W/m^2] of all beams on a Sheet; returns {cause: W (C,)} of what reaches no receiver, what
     meets the water [W], and the predicted error.
 
-    lit: LitWater; twins (3T,); shadowed (T,) bool from `may_be_shadowed`; texel_area (images,) [m^2] of each map's
+    lit: LitWater and its Edges; shadowed (T,) bool from `may_be_shadowed`; texel_area (images,) [m^2] of each map's
     texels; tolerance: sum of squared errors over all texels, for light of 1 W/m^2; sight [texel]: larger parts are
     split where something may hide between rays, though all six agree.
     """
     work = _Work(lander, sheet, texel_area, tolerance, sight)
     if not lit.area.any():
         return work.lost, work.met, work.error
-    mesh = MeshNodes.of(lit, twins, lander, shadowed)
+    mesh = MeshNodes(lit, edges, lander, shadowed)
     large = (2 * lit.area >= sight**2 * work.finest) | work.rows.varies
     clear = mesh.clear(lander, shadowed, large)
-    work.grazing = bool((work.rows.passed(mesh.nodes.carried) == 0).any()) and not work.rows.varies
+    work.grazing = bool((work.rows.passed(mesh.carried) == 0).any()) and not work.rows.varies
     work.uneven |= work.grazing
     rest = work.settle_mesh(mesh, lit.area, clear)
-    nodes, six, area, shade, clear = mesh.nodes, mesh.six(rest), lit.area[rest], shadowed[rest], clear[rest]
+    (nodes, six), area, shade, clear = mesh.part(rest), lit.area[rest], shadowed[rest], clear[rest]
     for depth in range(_DEPTH + 1):
         rest = work.settle(nodes, six, area, shade, clear, depth == _DEPTH)
         if not len(rest):
@@ -77,14 +77,14 @@ class _Work:
     def settle_mesh(self, mesh, area, clear):
         """Deposit the triangles of the water's own mesh that are ready, all but those of the largest errors, such that
         the sum of those that stay is within the tolerance; returns the indices of the others."""
-        nodes, lit = mesh.nodes, area > 0
-        chart = np.take(nodes.chart, mesh.corner[0])
-        x, y = np.take(nodes.x, mesh.corner), np.take(nodes.y, mesh.corner)
-        six = mesh.six(slice(None)) if self.uneven else mesh.corner  # the middles give the mean of a quadratic
-        error = self._predict(mesh.bent(), chart, x, y, area, self._light(nodes, six))
-        ready = lit & self._ready(chart, np.where(lit, error, 0.0), self._size(nodes, six, area), clear)
+        lit, corner = area > 0, mesh.edges.corner
+        chart = np.take(mesh.chart, corner[0])
+        x, y = np.take(mesh.x, corner), np.take(mesh.y, corner)
+        six = mesh.six(slice(None)) if self.uneven else corner  # the middles give the mean of a quadratic
+        error = self._predict(mesh.bent(), chart, x, y, area, self._light(mesh, six))
+        ready = lit & self._ready(chart, np.where(lit, error, 0.0), self._size(mesh, six, area), clear)
         at = np.flatnonzero(ready)
-        flux = self._book(nodes, np.take(six[-3:], at, axis=1), area[at])
+        flux = self._book(mesh, np.take(six[-3:], at, axis=1), area[at])
         landed = np.flatnonzero(chart[at] >= 0)
         at = at[landed]
         self.error += error[at].sum()

@@ -35,17 +35,17 @@ class Sheet:
     def add_mesh(self, mesh, index, x, y, flux):
         """As `add_triangles`, triangles index (n,) of MeshNodes: the edges that two of them share carry the difference
         of their densities."""
-        nodes = mesh.nodes
-        chart = np.take(nodes.chart, np.take(mesh.corner[0], index))
-        spread, density = self._densities(chart, x * self.grain, y * self.grain, flux)
-        edge, sign = (np.take(v, index[spread], axis=1) for v in (mesh.edge, mesh.sign))
-        edges = len(mesh.tail)
-        weights = np.stack([np.bincount(edge.ravel(), (sign * own).ravel(), edges) for own in density])
+        edges = mesh.edges
+        chart = np.take(mesh.chart, np.take(edges.corner[0], index))
+        spread, own = self._densities(chart, x * self.grain, y * self.grain, flux)
+        density = np.zeros((self.channels, edges.corner.shape[1]))
+        density[:, index[spread]] = own
+        weights = edges.differences(density)
         used = np.flatnonzero(weights.any(0))
-        tail, head = mesh.tail[used], mesh.head[used]
-        above = np.take(self.image, np.take(nodes.chart, tail)) * self.side
+        tail, head = edges.tail[used], edges.head[used]
+        above = np.take(self.image, np.take(mesh.chart, tail)) * self.side
         for ends, at in ((self._starts, tail), (self._ends, head)):
-            ends.append(np.stack([np.take(nodes.x, at) * self.grain, np.take(nodes.y, at) * self.grain + above]))
+            ends.append(np.stack([np.take(mesh.x, at) * self.grain, np.take(mesh.y, at) * self.grain + above]))
         self._weights.append(np.take(weights, used, axis=1))
 
     def _densities(self, chart, x, y, flux):

@@ -8,6 +8,7 @@ from ..disc.disc import Disc, within_disc
 from ..lit_water import light_water, may_be_shadowed, part_of
 from ..scene import Spot, Sun
 from .beams import splat
+from .edges import Edges
 from .lander import BACK, LOST, Lander
 from .landing import Plane, Rays
 from .meetings import Meetings
@@ -144,7 +145,9 @@ class Way:
 
     def start(self):
         """What `splat` takes of it."""
-        return self.water, self.twins, self.lander, self.shadowed
+        water = self.water
+        edges = Edges.of(water.triangles, self.twins, water.triangles is water.normal_triangles)
+        return water, edges, self.lander, self.shadowed
 
     def share(self, water):
         """Share of the light on `water` that starts this way."""
