@@ -168,19 +168,19 @@ def _from_lamp(water, objects, lamp):
     nearest = -water[:, 2].max()
     if nearest < _CLOSE * np.abs(water).max():
         return None, None
-    return _project(water), _project(_cut_behind(objects, -_NEAR * nearest))
+    return in_perspective(water), in_perspective(cut_behind(objects, -_NEAR * nearest))
 
 
 def _unit(v):
     return v / max(np.linalg.norm(v), np.finfo(float).tiny)
 
 
-def _project(points):
+def in_perspective(points):
     w = -points[..., 2:]
     return np.concatenate([points[..., :2] / w, 1 / w], -1)
 
 
-def _cut_behind(soup, level):
+def cut_behind(soup, level):
     """Triangles (S,3,3), cut to what lies below z = level: at most twice as many."""
     below = soup[:, :, 2] < level
     kept = [soup[below.all(1)]]

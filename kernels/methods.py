@@ -32,18 +32,20 @@ def solve(scene, texels, settings, reconstruction=None):
     water, sentences = sound_water(scene.water)
     scene, texels = _near_origin(replace(scene, water=water), texels)
     start, surface = time.perf_counter(), "the mesh as it is, as was asked for"
-    reconstruction = reconstruction or Reconstruction()
-    if settings.surface == "auto":
+    reconstruction, smooth = reconstruction or Reconstruction(), settings.surface == "auto"
+    if not len(scene.water.triangles):
+        smooth, surface = False, "there is no water"
+    if smooth:
         water, surface = reconstruction.apply(scene.water, Need.of(scene, texels, settings.tolerance))
         scene = replace(scene, water=water)
     seconds = time.perf_counter() - start
     answer = _as_cycles(solve_channels(METHODS[method], scene, texels, settings), scene, settings)
     answer.diagnostics.surface = surface
-    if settings.surface == "auto" and answer.diagnostics.estimated_error is not None:
+    if smooth and answer.diagnostics.estimated_error is not None:
         answer.diagnostics.estimated_error += reconstruction.error
     answer.diagnostics.seconds = {"surface": seconds, **answer.diagnostics.seconds}
     answer.diagnostics.left_out.extend(sentences)
-    if scene.casters:
+    if scene.casters and method == "conic_walk":
         answer.diagnostics.left_out.append("light over glass and mirrors: they block, and cast no caustics")
     return answer
 

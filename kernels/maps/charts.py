@@ -14,7 +14,14 @@ def charts(triangles, uvs):
         return np.zeros(0, np.int64)
     rows = np.column_stack([triangles.ravel(), uvs.reshape(-1, 2)])
     _, corner = np.unique(rows, axis=0, return_inverse=True)
-    corner = corner.reshape(-1, 3)
+    return patches(corner.reshape(-1, 3))
+
+
+def patches(corner):
+    """A number for each of triangles corner (T,3), from 0, the same for those that hang together at corners that are
+    numbered alike."""
+    if not len(corner):
+        return np.zeros(0, np.int64)
     label = np.arange(corner.max() + 1)
     while True:
         least = label[corner].min(1)

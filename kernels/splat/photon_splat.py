@@ -17,6 +17,7 @@ from ..rays import Tracer, soup
 from ..scene import Diagnostics
 from ..solution import answer, book, check_texels
 from ..status import Status
+from ..trace.cast import over_casters
 from .halves import until_good
 from .silhouettes import Silhouettes
 from .ways import AGAIN, Lit
@@ -40,21 +41,28 @@ def solve(scene, texels, settings):
     check_texels(scene, texels)
     work = Diagnostics("photon_splat", _REASONS[settings.points], left_out=list(_LEFT_OUT))
     start = time.perf_counter()
-    solids = soup((*scene.receivers, *scene.occluders, *scene.casters))
-    tracer = Tracer(*solids)
-    outlines = Silhouettes(*solids)
-    lights = [Lit(scene, light, texels, tracer, outlines, solids, settings) for light in scene.lights]
+    lights = [*_over_water(scene, texels, settings), *over_casters(scene, texels, settings)]
     if not settings.points and any(lit.water.meets_backs() for lit in lights):
         work.left_out.append(_BACKS)
     work.seconds["prepare"] = time.perf_counter() - start
     start = time.perf_counter()
-    if settings.points:
+    if settings.points or scene.casters:
         irradiance = until_good(lights, texels, settings, work).mean(0)
     else:
         irradiance = _by_beams(lights, texels, settings, work)
     work.seconds["photons"] = time.perf_counter() - start
     _tell_of_second_meetings(lights, settings.tolerance, work)
     return answer(scene, texels, irradiance, np.where(irradiance.any(1), Status.LIT, Status.DARK), work)
+
+
+def _over_water(scene, texels, settings):
+    """A Lit for each light, if there is water; casters stand in the way of light that meets only water."""
+    if not len(scene.water.triangles):
+        return []
+    solids = soup((*scene.receivers, *scene.occluders, *scene.casters))
+    tracer = Tracer(*solids)
+    outlines = Silhouettes(*solids)
+    return [Lit(scene, light, texels, tracer, outlines, solids, settings) for light in scene.lights]
 
 
 def _by_beams(lights, texels, settings, work):

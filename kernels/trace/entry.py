@@ -1,0 +1,128 @@
+"""Where light sets out towards the casters: cells of a plane across a sun, above everything, or of a cube round a lamp.
+
+The cells are those on which something that is looked for may lie, as the light sees it. They are handed on as if they
+were water that bends nothing, so that beams and points start on them as on water.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..halfedges import build_twins
+from ..lit_water import cut_behind, in_perspective, light_water, part_of
+from ..maps.uv_raster import touching
+from ..optics import sun_frame
+from ..scene import Sun, Water
+
+BLOCK = 1 << 13  # points at once: what a block of them needs stays in the cache
+_TINY = np.finfo(float).tiny
+_NEAR = 1e-6  # of the farthest point: what is nearer to the lamp than that is not looked for
+_ABOVE = 1e-3  # of the extent: how far above everything a sun's light sets out
+
+
+class Entry:
+    """The cells (n,) of a light from which it may meet triangles soup (T,3,3).
+
+    everything (V,3): all positions of the scene; cells: along the longer side of what is seen. lit: their LitWater;
+    twins: of its half-edges; cell (2n,) that each of its triangles is in.
+    """
+
+    def __init__(self, light, soup, everything, cells):
+        if isinstance(light, Sun):
+            frame = sun_frame(light.direction)
+            local = everything @ frame.T
+            top = local[:, 2].max() + _ABOVE * np.ptp(local, axis=0).max()
+            views = [(frame, (soup @ frame.T)[:, :, :2], np.array([0, 0, top]), np.inf)]
+        else:
+            views = [(f, _seen(light.position, soup, f), f @ light.position - [0, 0, 1], 1.0) for f in _cube()]
+        self._faces = [_Face(*view, cells) for view in views if len(view[1])]
+        parts = [face.mesh() for face in self._faces]
+        bases = np.cumsum([0, *(len(p[0]) for p in parts)])
+        positions, normals = (np.concatenate([np.zeros((0, 3)), *(p[k] for p in parts)]) for k in (0, 2))
+        triangles = np.concatenate([np.zeros((0, 3), np.int64), *(p[1] + b for p, b in zip(parts, bases))])
+        self.cell = np.arange(len(triangles)) // 2
+        self.twins = build_twins(triangles)
+        self.lit = light_water(Water("Entry", positions, triangles, normals, triangles, self.twins), light)
+
+    def grown(self, cells):
+        """Whether (n,) a cell or a neighbour of it is one of the cells (n,) bool."""
+        cuts = np.cumsum([np.count_nonzero(face.cells) for face in self._faces])[:-1]
+        parts = zip(self._faces, np.split(cells, cuts), strict=True)
+        return np.concatenate([np.zeros(0, bool), *(face.grown(part) for face, part in parts)])
+
+    def part(self, cells):
+        """The LitWater of the cells (n,) bool only, and its twins."""
+        return part_of(self.lit, self.twins, cells[self.cell])
+
+
+def points(lit, photons, rng):
+    """Yield points m (3,n), in the world, and the area (n,) of each, about `photons` in all and one at least in each
+    cell of a LitWater of cells, one jittered in each of k by k parts of it."""
+    area = 2 * lit.area.reshape(-1, 2).max(1)  # one half of a cell may lie off a cone
+    cells = np.flatnonzero(area)
+    side = np.maximum(1, np.ceil(np.sqrt(area[cells] * (photons / max(area.sum(), _TINY))) - 1e-9)).astype(np.int64)
+    for k in np.unique(side):
+        group, step = cells[side == k], max(1, BLOCK // (k * k))
+        inner = np.stack(np.divmod(np.arange(k * k), k))[:, None]
+        for start in range(0, len(group), step):
+            block = group[start : start + step]
+            a, b, c = (np.take(lit.points, lit.triangles[2 * block, j], axis=0).T[:, :, None] for j in range(3))
+            u, v = (inner + rng.random((2, len(block), k * k))) / k
+            m = (a + u * (b - a) + v * (c - b)).reshape(3, -1)
+            for first in range(0, m.shape[1], BLOCK):
+                own = slice(first, first + BLOCK)
+                yield m[:, own], np.repeat(area[block] / (k * k), k * k)[own]
+
+
+class _Face:
+    """Cells of one plane: frame (3,3), rows its axes x and y and the one back to the light; corners (T,3,2) of what is
+    seen on it; origin (3,) of its coordinates, in the frame; it spans -reach to reach. cells (rows, columns) bool."""
+
+    def __init__(self, frame, corners, origin, reach, cells):
+        self._frame, self._origin = frame, origin
+        low, high = (np.clip(v, -reach, reach) for v in (corners.min((0, 1)), corners.max((0, 1))))
+        size = max((high - low).max() / cells, _TINY)
+        low, high = np.maximum(low - 2 * size, -reach), np.minimum(high + 2 * size, reach)
+        self._columns, self._rows = np.maximum(np.ceil((high - low) / size - 1e-9), 1).astype(np.int64)
+        self._low, self._size = low, (high - low) / (self._columns, self._rows)
+        grid = np.zeros((max(self._columns, self._rows),) * 2, bool)
+        grid.ravel()[touching((corners - low) / self._size, len(grid))[1]] = True
+        self.cells = _with_neighbours(grid[: self._rows, : self._columns])
+
+    def grown(self, part):
+        """As `Entry.grown`, of this face's cells."""
+        grid = np.zeros_like(self.cells)
+        grid[self.cells] = part
+        return _with_neighbours(grid)[self.cells]
+
+    def mesh(self):
+        """Positions (V,3), triangles (2n,3) and normals (V,3) of the cells."""
+        row, column = np.nonzero(self.cells)
+        first = row * (self._columns + 1) + column
+        quad = np.stack([first, first + 1, first + self._columns + 2, first + self._columns + 1], 1)
+        used, index = np.unique(quad, return_inverse=True)
+        y, x = np.divmod(used, self._columns + 1)
+        local = np.stack([x * self._size[0] + self._low[0], y * self._size[1] + self._low[1], np.zeros(len(used))], 1)
+        triangles = index.reshape(-1, 4)[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
+        return (local + self._origin) @ self._frame, triangles, np.tile(self._frame[2], (len(used), 1))
+
+
+def _with_neighbours(grid):
+    """Cells (rows, columns) bool and the eight round each."""
+    framed = np.pad(grid, 1)
+    shifts = [framed[j : j + grid.shape[0], i : i + grid.shape[1]] for j in range(3) for i in range(3)]
+    return np.logical_or.reduce(shifts)
+
+
+def _cube():
+    """Frames (3,3) of the faces of a cube about a lamp: each looks along its own -z."""
+    return [sun_frame(axis) for axis in np.concatenate([np.eye(3), -np.eye(3)])]
+
+
+def _seen(position, soup, frame):
+    """Corners (n,3,2) of triangles soup (T,3,3) as a lamp sees them on the face at distance 1 along -z of a frame, of
+    those that may lie on it."""
+    local = (soup - position) @ frame.T
+    nearest = _NEAR * np.abs(local).max(initial=0)
+    corners = in_perspective(cut_behind(local, -nearest))[:, :, :2]
+    return corners[((corners.max(1) > -1) & (corners.min(1) < 1)).all(1)]

@@ -1,0 +1,119 @@
+"""Rays followed over smooth surfaces to their ends: both branches at every interface, or those of one code.
+
+A code is the word of a path's choices - passes or is turned back - at the interfaces that it meets; mirrors leave no
+choice. It is kept as an integer, a leading 1 and a bit for each choice, 1 for what passes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .meeting import Meeting
+from .surfaces import active
+
+_STRAIGHT = 8  # surfaces that change nothing, at most, beyond those that count
+TRAPPED, FAINT, CULLED, BLOCKED = -2, -3, -4, -5  # in place of a triangle, as MISS
+
+
+@dataclass
+class Rays:
+    """k rays: photon (k,) that each is of; origin, direction (3,k), and where the cast starts, start (3,k); share (k,)
+    of the photon by Fresnel alone; colour (C,k) what is left of that in each channel; mask (k,) media that it is in;
+    code (k,); path (k,) a number for the smooth patches that it met; met (k,) how many surfaces; cast (k,) bool whether
+    one was a caster; out (k,) bool whether it left the volume; way (k,) [m] gone since the origin it began with."""
+
+    photon: np.ndarray
+    origin: np.ndarray
+    direction: np.ndarray
+    start: np.ndarray
+    share: np.ndarray
+    colour: np.ndarray
+    mask: np.ndarray
+    code: np.ndarray
+    path: np.ndarray
+    met: np.ndarray
+    cast: np.ndarray
+    out: np.ndarray
+    way: np.ndarray
+
+    @classmethod
+    def of(cls, origin, direction, channels):
+        """One ray a photon, in air."""
+        count = direction.shape[1]
+        none, no = np.zeros(count, np.int64), np.zeros(count, bool)
+        whole = np.ones(count), np.ones((channels, count))
+        return cls(
+            np.arange(count), origin, direction, origin, *whole, none, none + 1, none, none, no, no, np.zeros(count)
+        )
+
+    def take(self, index):
+        return Rays(*(np.take(a, index, axis=-1) for a in vars(self).values()))
+
+    def medium(self):
+        """The medium (k,) that fills their way."""
+        return active(self.mask)
+
+    def join(self, other):
+        pairs = zip(vars(self).values(), vars(other).values(), strict=True)
+        return Rays(*(np.concatenate(pair, axis=-1) for pair in pairs))
+
+
+class Follower:
+    """Follows rays over Surfaces: `bounces` meetings at most; branches of no more than `faint` of a photon end; box:
+    the `volume.Box` that bounds the casters, or None. cast: how many rays were cast."""
+
+    def __init__(self, surfaces, bounces, faint=0.0, box=None):
+        self.surfaces, self.bounces, self.faint, self.box = surfaces, bounces, faint, box
+        self.cast = 0
+
+    def ends(self, rays, word=None):
+        """Yield (Rays, what they end on (k,)) of rays that met a caster: a triangle of a receiver or an occluder, or
+        one of MISS, TRAPPED, FAINT, CULLED, BLOCKED.
+
+        word: follow this code only; what has another one ends untold.
+        """
+        for _ in range(self.bounces + _STRAIGHT + 1):
+            if not len(rays.photon):
+                return
+            self.cast += len(rays.photon)
+            end = self.surfaces.first(rays)
+            final = end < self.surfaces.solid
+            if self.box is not None:
+                self._bound(rays, end, final)
+            trapped = ~final & (rays.met >= self.bounces)
+            end[trapped] = TRAPPED
+            final |= trapped
+            yield from _told(rays, np.flatnonzero(final), end, word)
+            at = np.flatnonzero(~final)
+            rays = Meeting(self.surfaces, rays.take(at), end[at]).leave(word)
+            weak = rays.share * rays.colour.max(0) <= self.faint
+            if weak.any():
+                yield from _told(rays, np.flatnonzero(weak), np.full(len(weak), FAINT), word)
+                rays = rays.take(np.flatnonzero(~weak))
+        yield from _told(rays, np.arange(len(rays.photon)), np.full(len(rays.photon), TRAPPED), word)
+
+    def _bound(self, rays, end, final):
+        """Change what Rays end on (k,), and whether they do (k,), where they leave the box or casters lie outside."""
+        caster = (end >= self.surfaces.solid) & (end < self.surfaces.water)
+        at = np.flatnonzero(rays.cast & ~rays.out)
+        if len(at):
+            distance, face = self.box.leaves(rays.origin[:, at], rays.direction[:, at])
+            left = ~self.surfaces.tracer.blocked(rays.start[:, at].T, rays.direction[:, at].T, distance)
+            culled = at[left & self.box.culling[face]]
+            rays.out = rays.out.copy()
+            rays.out[at[left]] = True
+            end[culled], final[culled], caster[culled] = CULLED, True, False
+        at = np.flatnonzero(caster)
+        outside = at[rays.out[at] | ~self.box.contains(self.surfaces.point(rays.take(at), end[at])[0])]
+        end[outside], final[outside] = BLOCKED, True
+
+
+def _told(rays, at, end, word):
+    """What `Follower.ends` yields of the rays `at`."""
+    at = at[rays.cast[at] & (rays.share[at] > 0)]
+    if word is not None:
+        at = at[rays.code[at] == word]
+    if len(at):
+        yield rays.take(at), end[at]

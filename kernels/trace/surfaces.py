@@ -1,0 +1,147 @@
+"""All that a ray can meet, as tables per triangle: what ends it, and the smooth surfaces that bend or mirror it.
+
+Triangles are numbered through receivers, occluders, casters and the water, in this order. Media are numbered 0 for air,
+1 for the water, then one for each different Glass; a ray knows those that it is in by a mask of bits, bit k - 1 for
+medium k, and the highest one is what fills its way. So a glass in the water displaces it, and takes no mesh of its own.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..maps.charts import patches
+from ..optics import dot
+from ..rays import Tracer, soup
+from ..scene import Glass
+
+_MEDIA = 52  # at most: masks are exact as float64
+_OFF = 2e-6  # of the extent: how far off a surface rays start, so that float32 does not find what they leave
+_ALIKE = 1 << 18  # to the unit: normals that round to the same are one
+_TINY = np.finfo(float).tiny
+
+
+class Surfaces:
+    """The Scene as rays meet it; channels (3,): the row of what a ray carries for each of red, green and blue.
+
+    receiving, solid: how many triangles belong to receivers, and to all that ends rays; water: from which one on they
+    are water. eta (media,), sigma_a (C,media); reflects, transmits, f0, f90 (C,materials).
+    """
+
+    def __init__(self, scene, power):
+        meshes = (*scene.casters, scene.water)
+        self.receiving = sum(len(r.triangles) for r in scene.receivers)
+        self.solid = self.receiving + sum(len(o.triangles) for o in scene.occluders)
+        self.tracer = Tracer(*soup((*scene.receivers, *scene.occluders, *meshes)))
+        self.off = _OFF * self.tracer.extent
+        self.water = self.solid + sum(len(c.triangles) for c in scene.casters)
+        self._tabulate_materials(scene, np.asarray(power, float))
+        tables = [_geometry(mesh) for mesh in meshes]
+        self._table = np.concatenate(tables, 1)
+        self.patch = _patches(meshes)
+
+    def _tabulate_materials(self, scene, power):
+        """Materials: one for each different one of the casters, then the water."""
+        found = list({id(c.material): c.material for c in scene.casters}.values())
+        unique = {_key(material): material for material in found}
+        numbers = {key: k for k, key in enumerate(unique)}
+        sizes = [len(c.triangles) for c in scene.casters]
+        own = [numbers[_key(c.material)] for c in scene.casters]
+        self.material = np.repeat([*own, len(unique)], [*sizes, len(scene.water.triangles)])
+        materials = [*unique.values(), Glass(scene.eta, scene.sigma_a)]
+        glass = [isinstance(m, Glass) for m in materials]
+        if sum(glass) > _MEDIA:
+            raise ValueError(f"casters must be of at most {_MEDIA} different glasses, got {sum(glass)}")
+        order = [len(unique), *(k for k in range(len(unique)) if glass[k])]
+        self.bit = np.zeros(len(materials), np.int64)  # 0 for mirrors
+        self.bit[order] = 1 << np.arange(len(order))
+        self.eta = np.array([1.0, *(materials[k].eta for k in order)])
+        colours = [
+            np.stack([np.zeros(3), *(materials[k].sigma_a for k in order)]),
+            *(np.stack([_colour(m, name) for m in materials]) for name in ("reflects", "transmits", "f0", "f90")),
+        ]
+        dark = np.flatnonzero(power <= 0)
+        stacked = np.concatenate(colours)
+        stacked[:, dark] = stacked[:, [int(np.argmax(power))]]  # a dark channel needs no row
+        rows, self.channels = np.unique(stacked, axis=1, return_inverse=True)
+        self.channels = self.channels.reshape(-1)
+        cuts = np.cumsum([len(c) for c in colours])[:-1]
+        self.sigma_a, self.reflects, self.transmits, self.f0, self.f90 = (p.T for p in np.split(rows, cuts))
+        self._absorbing = bool(self.sigma_a.any())
+
+    def first(self, rays):
+        """The first triangle (k,) that Rays meet, MISS for none."""
+        return self.tracer.first(rays.start.T, rays.direction.T)
+
+    def point(self, rays, triangle):
+        """Where Rays meet bending triangles (k,): points (3,k), distances (k,), unit normals (3,k) out of what the
+        surfaces enclose, and their products (k,) with the rays' directions."""
+        plane = np.take(self._table[:4], triangle - self.solid, axis=1)
+        facet = plane[:3]
+        fall = dot(facet, rays.direction)
+        distance = -(dot(facet, rays.origin) + plane[3]) / np.where(fall == 0, np.inf, fall)
+        distance = np.maximum(distance, 0)
+        return rays.origin + distance * rays.direction, distance, facet, fall
+
+    def dimmed(self, colour, medium, distance):
+        """What is left of colour (C,k) after distance (k,) [m] in media (k,)."""
+        if not self._absorbing:
+            return colour
+        return colour * np.exp(-np.take(self.sigma_a, medium, axis=1) * distance)
+
+    def normal(self, triangle, point):
+        """Normals (3,k), interpolated, unit, at points (3,k) of bending triangles."""
+        rows = [np.take(row, triangle - self.solid) for row in self._table[4:]]
+        n = np.stack(
+            [rows[k] * point[0] + rows[k + 1] * point[1] + rows[k + 2] * point[2] + rows[k + 3] for k in _ROWS]
+        )
+        return n / np.sqrt(np.maximum(dot(n, n), _TINY))
+
+
+_ROWS = 0, 4, 8
+
+
+def active(mask):
+    """The medium (k,) that fills the way of rays in media `mask` (k,)."""
+    return np.frexp(mask.astype(float))[1]
+
+
+def _key(material):
+    """What tells different materials apart."""
+    return type(material).__name__, *(np.asarray(v, float).tobytes() for v in vars(material).values())
+
+
+def _colour(material, name):
+    return np.asarray(getattr(material, name, np.ones(3)), float)
+
+
+def _geometry(mesh):
+    """Rows (16,T): the plane of each triangle, turned to the side of its normals, and the affine map (3,4) from a point
+    of it to the interpolated normal."""
+    v = mesh.positions[mesh.triangles]
+    n = mesh.normals[mesh.normal_triangles]
+    e1, e2 = v[:, 1] - v[:, 0], v[:, 2] - v[:, 0]
+    across = np.cross(e1, e2)
+    squared = np.maximum((across**2).sum(1), _TINY)[:, None]
+    to_b, to_c = np.cross(e2, across) / squared, np.cross(across, e1) / squared
+    slope = (n[:, 1] - n[:, 0])[:, :, None] * to_b[:, None] + (n[:, 2] - n[:, 0])[:, :, None] * to_c[:, None]
+    offset = n[:, 0] - (slope * v[:, :1]).sum(2)
+    turn = np.where((across * n.sum(1)).sum(1) < 0, -1.0, 1.0)[:, None]
+    facet = across * turn / np.sqrt(squared)
+    plane = np.concatenate([facet, -(facet * v[:, 0]).sum(1, keepdims=True)], 1)
+    return np.concatenate([plane, np.concatenate([slope, offset[:, :, None]], 2).reshape(-1, 12)], 1).T
+
+
+def _patches(meshes):
+    """A number (T,) for each smooth patch of the meshes: triangles that share corners of one normal."""
+    numbers, base = [], 0
+    for mesh in meshes:
+        rounded = np.rint(mesh.normals * _ALIKE).astype(np.int64) + 2 * _ALIKE
+        _, normal = np.unique(
+            (rounded[:, 0] * 4 * _ALIKE + rounded[:, 1]) * 4 * _ALIKE + rounded[:, 2], return_inverse=True
+        )
+        keys = mesh.triangles.astype(np.int64) * (len(mesh.normals) + 1) + normal.reshape(-1)[mesh.normal_triangles]
+        _, corner = np.unique(keys, return_inverse=True)
+        own = patches(corner.reshape(-1, 3)) + base
+        numbers.append(own)
+        base = own.max(initial=base - 1) + 1
+    return np.concatenate(numbers)

@@ -1,0 +1,100 @@
+"""Maps of light over casters: energy, points against closed forms, and what the books say."""
+
+import numpy as np
+import pytest
+from casters import ball, no_water, room, slab
+from waves import flat, floor, sun, transmitted, water
+
+from dapple.kernels.maps.texels import rasterise
+from dapple.kernels.methods import solve
+from dapple.kernels.scene import Mirror, Point, Scene, Settings, Spot, Volume
+
+
+def baked(scene, side=32, **settings):
+    texels = [rasterise(r, side, padding=0) for r in scene.receivers]
+    return solve(scene, texels, Settings(resolution=side, **settings))
+
+
+def total(watts):
+    return sum(watts.values(), np.zeros(3))
+
+
+def test_energy_of_a_glass_ball_in_a_closed_room():
+    """All that meets the ball - its solid angle - arrives on the six sides, but for what is booked, within 0.3 %."""
+    lamp = np.array([0.3, 0.2, 1.5])
+    scene = Scene(no_water(), room(2.0), (), (Point("Lamp", lamp, np.ones(3)),), casters=(ball(0.5, fine=96),))
+    d = baked(scene, bounces=8).diagnostics
+    solid_angle = 2 * np.pi * (1 - np.sqrt(1 - 0.25 / (lamp @ lamp)))
+    assert d.flux_in[0] == pytest.approx(solid_angle, rel=3e-3)
+    np.testing.assert_allclose(total(d.flux_received) + total(d.flux_lost), d.flux_in, rtol=1e-12)
+    np.testing.assert_allclose(total(d.flux_received), d.flux_in, rtol=3e-3)
+
+
+def test_a_slab_over_a_floor_passes_its_share_and_shades_nothing():
+    """The sum over all inner reflections of (1 - F)^2 F^2k is (1 - F) / (1 + F)."""
+    block = slab((-3, -3, 0.5), (3, 3, 0.6))
+    scene = Scene(no_water(), (floor(side=1.0),), (), (sun((0, 0, -1)),), casters=(block,))
+    answer = baked(scene, side=8, bounces=8, tolerance=1e-3)
+    assert answer.images[0][2:6, 2:6, 0].mean() == pytest.approx(0.96 / 1.04, rel=1e-3)
+
+
+def test_the_same_through_still_water():
+    """Water, then the slab in it; nothing comes twice by the water's own way, which the slab blocks."""
+    block = slab((-3, -3, 0.5), (3, 3, 0.6))
+    over = water(flat, quads=8, side=8.0, level=1.5)
+    scene = Scene(over, (floor(side=1.0),), (), (sun((0.3, 0, -1)),), casters=(block,))
+    answer = baked(scene, side=8, bounces=10, tolerance=1e-3)
+    cos_i = 1 / np.sqrt(1.09)
+    cos_w = np.sqrt(1 - (0.3 * cos_i / 1.333) ** 2)
+    inner = 1 - transmitted(cos_w, 1.5 / 1.333)
+    expected = cos_i * transmitted(cos_i) * (1 - inner) / (1 + inner)
+    assert answer.images[0][2:6, 2:6, 0].mean() == pytest.approx(expected, rel=3e-3)
+
+
+def test_a_mirror_lights_the_wall_and_no_direct_light_counts():
+    """A flat mirror of reflectance 0.8, 1 m wide, under a sun: a bright patch of 0.8 on a wall at 45 degrees."""
+    tilted = slab((-0.5, -0.5, -0.6), (0.5, 0.5, -0.5), Mirror(np.full(3, 0.8), np.full(3, 0.8)))
+    scene = Scene(no_water(), room(2.0)[3:4], (), (sun((0, 1, -1)),), casters=(tilted,))
+    answer = baked(scene, side=32, tolerance=1e-3)
+    assert np.median(answer.images[0][answer.images[0] > 0.3]) == pytest.approx(0.8 * np.sqrt(0.5), rel=2e-2)
+    assert answer.diagnostics.flux_received["Side 3"][0] == pytest.approx(0.8 * np.sqrt(0.5), rel=1e-2)
+
+
+@pytest.mark.parametrize("lamp", ["point", "spot"])
+def test_lamps_all_round_a_mirror_ball(lamp):
+    """What a small ball takes of a lamp beside it, whichever face of the cube it is on."""
+    intensity = np.array([1.0, 0.5, 0.0])
+    for axis in np.concatenate([np.eye(3), -np.eye(3)]):
+        position = 1.1 * axis
+        if lamp == "point":
+            light = Point("Lamp", position, intensity)
+        else:
+            frame = np.linalg.qr(np.column_stack([-axis, [0.3, 0.4, 0.5], [0.9, -0.4, 0.1]]))[0].T[[1, 2, 0]]
+            frame *= np.sign(frame[2] @ -axis)
+            light = Spot("Lamp", position, intensity, frame=frame, half_angle=0.2)
+        scene = Scene(
+            no_water(), room(2.0), (), (light,), casters=(ball(0.3, fine=48, material=Mirror(*np.ones((2, 3)))),)
+        )
+        solid_angle = 2 * np.pi * (1 - (np.sqrt(1 - (0.3 / 1.1) ** 2) if lamp == "point" else np.cos(0.2)))
+        d = baked(scene, side=16, tolerance=0.1).diagnostics
+        np.testing.assert_allclose(total(d.flux_received), intensity * solid_angle, rtol=1e-2)
+        np.testing.assert_allclose(total(d.flux_received), d.flux_in, rtol=1e-3)
+
+
+def test_light_that_leaves_the_volume_by_a_culling_face_is_booked():
+    matrix = np.diag([1.0, 1.0, 1.0, 1.0])
+    for culling, cause in (((False,) * 6, None), ((True,) * 6, "culled")):
+        scene = Scene(
+            no_water(), room(2.0), (), (sun((0, 0, -1)),), casters=(slab((-0.5, -0.5, -0.1), (0.5, 0.5, 0.1)),),
+            volume=Volume(matrix, culling),
+        )  # fmt: skip
+        d = baked(scene, side=8).diagnostics
+        assert d.flux_in[0] == 0, "the room's own ceiling is in the way"
+        open_room = Scene(no_water(), room(2.0)[:1], (), scene.lights, casters=scene.casters, volume=scene.volume)
+        d = baked(open_room, side=8).diagnostics
+        assert d.flux_in[0] == pytest.approx(1.0, rel=1e-2)
+        received = total(d.flux_received)[0]
+        if cause:
+            assert received == 0 and d.flux_lost["culled"][0] == pytest.approx(1.0, rel=1e-2)
+        else:
+            assert received == pytest.approx(0.96 / 1.04, rel=1e-2)
