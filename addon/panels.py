@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import bpy
 
+from ..operators.receivers import can_receive
+
 
 class _Sidebar:
     bl_space_type = "VIEW_3D"
@@ -23,6 +25,7 @@ class DAPPLE_PT_bake(_Sidebar, bpy.types.Panel):
         layout.use_property_decorate = False
         layout.prop(settings, "water")
         layout.prop(settings, "receivers")
+        _draw_map(layout, settings, context.object)
         _draw_frames(layout, settings)
         layout.prop(settings, "output")
         buttons = layout.column(align=True)
@@ -74,6 +77,15 @@ class DAPPLE_PT_materials(_Sidebar, bpy.types.Panel):
         buttons = self.layout.column(align=True)
         buttons.operator("dapple.attach", icon="LINKED")
         buttons.operator("dapple.detach", icon="UNLINKED")
+
+
+def _draw_map(layout, settings, active):
+    """Where the light of the active object is kept, if it is a receiver."""
+    if active and settings.receivers and active.name in settings.receivers.all_objects and can_receive(active):
+        column = layout.column(heading=active.name)
+        column.prop(active.dapple, "shared_map")
+        if active.type == "MESH":
+            column.prop(active.dapple, "instances_receive")
 
 
 def _draw_frames(layout, settings):

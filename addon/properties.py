@@ -57,13 +57,23 @@ def _is_box(_settings, candidate) -> bool:
 
 
 class DappleObject(bpy.types.PropertyGroup):
-    """What an object does to light."""
+    """What an object does to light, and where its own is kept."""
 
     caustics: EnumProperty(
         name="Caustics",
         description="Whether the active object bends or mirrors the light that is baked. Its materials say how",
         items=CAUSTICS,
         default="AUTO",
+    )
+    shared_map: StringProperty(
+        name="Map",
+        description="Receivers with the same name here share one lightmap; it may be the name of one of them. Their "
+        "UVs must not overlap. Empty: a map of its own",
+    )
+    instances_receive: BoolProperty(
+        name="Instances Receive",
+        description="What the active receiver shows as instances takes light too, each instance in a map of its own",
+        default=False,
     )
 
 

@@ -13,9 +13,13 @@ import bpy
 
 from . import attach_nodes, attach_shadow, attach_slots
 from .errors import DappleError
+from .receivers import map_name
 from .write import folder_name
 
 IMAGE = "dapple_map"
+_UNSEEN = (
+    "The instances of '{}' have maps, but share their materials and cannot show them: make them real and bake again."
+)
 
 
 def attach(context: bpy.types.Context, receiver_names, out_dir, caster_names=()) -> list[str]:
@@ -24,13 +28,13 @@ def attach(context: bpy.types.Context, receiver_names, out_dir, caster_names=())
     Done twice it is as done once, with the maps read anew. Returns sentences on what the user should know. Raises
     DappleError, before anything is changed, for an object that is missing or cannot be edited and for maps not found.
     """
-    receivers = [_receiver(name) for name in receiver_names]
+    notes = [_UNSEEN.format(name) for name in receiver_names if _object(name).type == "EMPTY"]
+    receivers = [_receiver(name) for name in receiver_names if _object(name).type != "EMPTY"]
     casters = [_object(name) for name in caster_names]
     maps = [_find_maps(receiver, Path(out_dir)) for receiver in receivers]
     # What is attached already goes first, so that no copy is made of it.
     for receiver in receivers:
         _strip(receiver)
-    notes = []
     for receiver, files in zip(receivers, maps, strict=True):
         notes += _attach_one(receiver, files) + _out_of_reach(receiver, context.evaluated_depsgraph_get())
     _remove_unused_images()
@@ -43,7 +47,7 @@ def refresh(receiver_names, out_dir) -> None:
     """After a bake, read the maps in `out_dir` anew on the receivers that show one; raises DappleError as `attach`."""
     for obj in bpy.data.objects:
         if obj.name in receiver_names and attach_slots.SLOTS in obj:
-            sequence = _load(obj.name, _find_maps(obj, Path(out_dir)))
+            sequence = _load(map_name(obj), _find_maps(obj, Path(out_dir)))
             for tree in _trees(obj):
                 attach_nodes.update(tree, sequence)
     _remove_unused_images()
@@ -66,7 +70,7 @@ def detach(context: bpy.types.Context, receiver_names=None) -> list[str]:
 
 
 def _attach_one(receiver, files):
-    sequence = _load(receiver.name, files)
+    sequence = _load(map_name(receiver), files)
     materials, notes = attach_slots.make_own(receiver)
     # Baked by the UV map that renders; one that only modifiers make is no layer of the mesh, and empty means it too.
     uv_map = next((layer.name for layer in receiver.data.uv_layers if layer.active_render), "")
@@ -96,7 +100,7 @@ def _out_of_reach(receiver, depsgraph):
 
 def _find_maps(receiver, out_dir):
     """Return the maps of one receiver: frame -> file. Raises DappleError if there is none."""
-    folder = out_dir / folder_name(receiver.name)
+    folder = out_dir / folder_name(map_name(receiver))
     files = {}
     for path in sorted(folder.glob("caustics_*.exr")):
         if match := re.fullmatch(r"caustics_(\d+)\.exr", path.name):

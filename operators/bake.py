@@ -15,6 +15,7 @@ from ..kernels.surface.reconstruct import Reconstruction
 from .errors import DappleError
 from .extract import read_scene
 from .mesh_arrays import TopologyCache
+from .receivers import can_receive
 from .record import Record, frame_entry, summary
 from .volume import Bounds
 from .write import check_folder, folder_name, map_path, write_exr
@@ -46,12 +47,14 @@ class BakeRequest:
 
 @dataclass(frozen=True)
 class Progress:
-    """A frame that is on disk: its number, how many of how many that makes, a sentence on it, and its warnings."""
+    """A frame that is on disk: its number, how many of how many that makes, a sentence on it, its
+    maps, and its warnings."""
 
     frame: int
     done: int
     total: int
     message: str
+    maps: tuple[Path, ...]
     warnings: tuple[str, ...] = ()
 
 
@@ -90,7 +93,8 @@ def bake(context, request: BakeRequest) -> Iterator[Progress]:
             except DappleError as error:
                 raise DappleError(f"Frame {number}: {error}") from error
             record.add(number, entry)
-            yield Progress(number, done, len(request.frames), summary(number, entry), tuple(entry["warnings"]))
+            maps = tuple(request.out / name for name in entry["files"].values())
+            yield Progress(number, done, len(request.frames), summary(number, entry), maps, tuple(entry["warnings"]))
     finally:
         bpy.data.scenes[scene_name].frame_set(frame, subframe=subframe)
 
@@ -102,13 +106,14 @@ def _bake_frame(depsgraph, number, request, topology, texels, reconstruction):
 
     clock = _Clock()
     scene, warnings = read_scene(depsgraph, request.water, request.receivers, topology, request.volume)
+    _check_maps([receiver.name for receiver in scene.receivers], request.settings.resolution)
     clock.lap("extract")
     charts = tuple(texels.of(receiver) for receiver in scene.receivers)
     clock.lap("texels")
     solution = methods.solve(scene, charts, request.settings, reconstruction)
     clock.lap("solve")
     warnings = [*warnings, *_dark(solution.diagnostics)]
-    paths = {receiver: map_path(request.out, receiver, number) for receiver in request.receivers}
+    paths = {receiver.name: map_path(request.out, receiver.name, number) for receiver in scene.receivers}
     for path, image in zip(paths.values(), solution.images):
         write_exr(path, image)
     clock.lap("write")
@@ -185,20 +190,27 @@ def _check(request):
     abbe = request.settings.dispersion
     if abbe and not abbe >= 1:
         raise DappleError(f"An Abbe number of {abbe:g} is impossible; set 0 for no dispersion, or 55.7 for water.")
+
+
+def _check_maps(names, resolution):
+    """Raise DappleError for maps of these names that cannot all be kept."""
+    if len(names) * resolution**2 > MOST_RESOLUTION**2:
+        most = int(MOST_RESOLUTION / len(names) ** 0.5)
+        raise DappleError(f"{len(names)} maps of {resolution} texels do not fit into memory; set {most} at most.")
     folders = {}
-    for name in request.receivers:
+    for name in names:
         other = folders.setdefault(folder_name(name).casefold(), name)
         if other != name:
             raise DappleError(f"Receivers '{other}' and '{name}' would share a folder on some systems; rename one.")
 
 
 def _receivers(chosen, water):
-    """Names of the meshes in the receivers' collection and those inside it, but the water, in order."""
+    """Names of what can receive in the receivers' collection and those inside it, but the water, in order."""
     if chosen.receivers is None:
         raise DappleError(
             "No receivers are chosen; pick the collection of the meshes that the light falls on in the Dapple tab."
         )
-    names = {o.name for o in chosen.receivers.all_objects if o.type == "MESH"} - set(water)
+    names = {o.name for o in chosen.receivers.all_objects if can_receive(o)} - set(water)
     if not names:
         raise DappleError(f"Collection '{chosen.receivers.name}' holds no mesh but the water; put the receivers in it.")
     return tuple(sorted(names))

@@ -12,7 +12,6 @@ from ..kernels.scene import SURFACES
 from .bake import bake, request_from_scene
 from .errors import DappleError
 from .exr_file import is_whole
-from .write import map_path
 
 _SETTINGS = ("method", "surface", "tolerance", "resolution", "dispersion", "match_cycles", "bounces")
 
@@ -39,24 +38,19 @@ def _bake(words):
     given = {key: getattr(words, key) for key in _SETTINGS}
     settings = replace(request.settings, **{key: value for key, value in given.items() if value is not None})
     request = replace(request, settings=settings)
-    said = set()
+    said, maps = set(), []
     for progress in bake(bpy.context, request):
         print(f"[{progress.done}/{progress.total}] {progress.message}", flush=True)
         for warning in progress.warnings:
             if warning not in said:
                 print(f"dapple: warning: {warning}", file=sys.stderr, flush=True)
         said.update(progress.warnings)
-    broken = _broken(request)
+        maps += progress.maps
+    broken = [path for path in maps if not is_whole(path)]  # not on disk any more, or cut short
     if broken:
         raise DappleError(f"{len(broken)} maps are not on disk and whole: {broken[0]} is one; bake these frames again.")
     print(f"Maps of {len(request.frames)} frames for {len(request.receivers)} receivers are in {request.out}")
     return 0
-
-
-def _broken(request):
-    """Maps of the request that are not on disk any more, or cut short."""
-    paths = [map_path(request.out, name, frame) for name in request.receivers for frame in request.frames]
-    return [path for path in paths if not is_whole(path)]
 
 
 def _parser():

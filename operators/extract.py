@@ -11,13 +11,14 @@ from dataclasses import dataclass, field
 import bpy
 import numpy as np
 
-from ..kernels.scene import WATER_IOR, Receiver, Scene, Water
+from ..kernels.scene import WATER_IOR, Scene, Water
 from .absorption import read_sigma_a
 from .casters import MeshReader
 from .errors import DappleError
 from .lamps import read_lights
 from .medium import read_eta
 from .mesh_arrays import read_geometry, read_normals, read_uvs
+from .receivers import Maps, can_receive, map_name, shows_receivers
 from .speculars import MOST_ROUGHNESS
 from .volume import read_volume
 
@@ -26,15 +27,16 @@ _NOTHING = (
     f"Refraction, Glossy or Metallic of roughness {MOST_ROUGHNESS} or less)."
 )
 _SLOPE = 1e-3  # of the water: an error in it that moves light by a millimetre per metre of depth
+_UNMOVED = np.eye(4)
 _SHOWN = {"MESH", "CURVE", "SURFACE", "META", "FONT", "LIGHT"}
 
 
 @dataclass
 class _Found:
-    """What one pass over the dependency graph finds; the parts of water and receivers by their object's name."""
+    """What one pass over the dependency graph finds; the parts of water by their object's name."""
 
     water: dict = field(default_factory=dict)
-    receivers: dict = field(default_factory=dict)
+    maps: Maps = field(default_factory=Maps)
     meshes: MeshReader = field(default_factory=MeshReader)
     lamps: list = field(default_factory=list)
     seen: set = field(default_factory=set)
@@ -48,11 +50,13 @@ def read_scene(depsgraph, water_names, receiver_names, topology, volume=None):
     TopologyCache, the same for all frames of a bake; volume: a `volume.Bounds` for the casters, or None.
     Raises DappleError for what cannot be baked, naming the object.
     """
-    for name in (*water_names, *receiver_names):
+    for name in water_names:
         _check_object(name)
+    for name in receiver_names:
+        _check_object(name, can_receive)
     found = _find(depsgraph, set(water_names), set(receiver_names))
     for name in (*water_names, *receiver_names):
-        if name not in found.water and name not in found.receivers:
+        if name not in found.water and name not in found.maps.owners:
             raise DappleError(
                 f"Object '{name}' is not in the scene as the viewport shows it; unhide it and its collection there."
             )
@@ -61,20 +65,19 @@ def read_scene(depsgraph, water_names, receiver_names, topology, volume=None):
     casters, occluders = tuple(found.meshes.casters), tuple(found.meshes.occluders)
     if not parts and not casters:
         raise DappleError(" ".join([_NOTHING, *dict.fromkeys(found.meshes.warnings)]))
-    receivers = tuple(found.receivers[name] for name in receiver_names)
     lights, remarks = read_lights(found.lamps, water)
     remarks += found.meshes.warnings + _unseen(depsgraph, found.seen, {*water_names, *receiver_names})
     box = read_volume(volume, depsgraph) if volume else None
-    scene = Scene(water, receivers, occluders, lights, eta, sigma_a, casters, box)
+    scene = Scene(water, found.maps.receivers(), occluders, lights, eta, sigma_a, casters, box)
     return scene, list(dict.fromkeys(found.warnings + remarks))
 
 
-def _check_object(name):
-    """Raise DappleError unless `name` is a mesh object of the file."""
+def _check_object(name, serves=lambda found: found.type == "MESH"):
+    """Raise DappleError unless `name` is an object of the file that `serves`."""
     found = bpy.data.objects.get(name)
     if found is None:
         raise DappleError(f"There is no object '{name}' in the file; check the name or pick another object.")
-    if found.type != "MESH":
+    if not serves(found):
         raise DappleError(f"Object '{name}' is a {found.type.lower()}, not a mesh; convert it (Object > Convert).")
 
 
@@ -91,11 +94,13 @@ def _find(depsgraph, water_names, receiver_names):
             found.water[name] = _read_water(shown, matrix)
             found.warnings += _coarse(name, found.water[name][1], matrix)
         elif not instance.is_instance and name in receiver_names:
-            found.receivers[name] = _read_receiver(shown, matrix)
+            _add_receiver(found, shown, matrix)
         elif {name, owner} & water_names:
             found.warnings.append(f"Instances of or on water '{owner}' were left out; make them real to bake them.")
         elif owner not in rendering or shown.original.hide_render or _stands_in(instance):
             continue
+        elif instance.is_instance and owner in receiver_names and shows_receivers(instance):
+            found.maps.add_instance(instance, matrix, _read_receiver)
         elif shown.type == "LIGHT":
             found.lamps.append((name, shown.data, matrix))
         elif shown.type == "MESH" and _blocks(shown, instance.parent if instance.is_instance else None):
@@ -148,14 +153,23 @@ def _read_water(shown, matrix):
     return name, arrays, normals, read_eta(shown), read_sigma_a(shown)
 
 
-def _read_receiver(shown, matrix):
-    """The Receiver of an evaluated object."""
+def _add_receiver(found, shown, matrix):
+    """Add an evaluated object to the maps; one that only shows instances which receive has no mesh of its own."""
+    own = shown.original
+    if own.type != "MESH" or (own.dapple.instances_receive and not len(shown.data.polygons)):
+        found.maps.owners.update({own.name} if own.type == "MESH" else ())
+        return
+    found.maps.add(own.name, map_name(own), *_read_receiver(shown, matrix))
+
+
+def _read_receiver(shown, matrix=_UNMOVED):
+    """MeshArrays and UVs of an evaluated object."""
     name = shown.original.name
     arrays, uvs = _read(shown, matrix, read_uvs)
     _check_mesh(f"Receiver '{name}'", arrays)
     if uvs is None:
         raise DappleError(f"Receiver '{name}' has no UV map; unwrap it (in Edit Mode: UV > Lightmap Pack).")
-    return Receiver(name, arrays.positions, arrays.triangles, uvs)
+    return arrays, uvs
 
 
 def _check_mesh(what, arrays):

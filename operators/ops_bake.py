@@ -7,6 +7,7 @@ import bpy
 from .attach import refresh
 from .bake import bake, request_from_scene
 from .errors import DappleError
+from .receivers import can_receive
 
 # What may reach the viewport while a bake runs. All else is swallowed: an edit or an undo would pull the scene from
 # under the bake, and a button that the mouse comes to rest on would stay grey when the bake is over.
@@ -25,7 +26,7 @@ def why_not(scene) -> str:
     settings = scene.dapple
     if settings.receivers is None:
         return "Pick the collection of receivers first"
-    if not any(o.type == "MESH" and o != settings.water for o in settings.receivers.all_objects):
+    if not any(can_receive(o) and o != settings.water for o in settings.receivers.all_objects):
         return "The collection of receivers holds no mesh but the water"
     return ""
 

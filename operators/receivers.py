@@ -1,0 +1,72 @@
+"""Which meshes take the light, and in which map: one for each object or instance, or one that several share."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..kernels.scene import Receiver
+from .errors import DappleError
+
+_FILL = 0x7FFFFFFF  # of the unused numbers of a persistent_id
+
+
+def can_receive(obj) -> bool:
+    """Whether an object can be chosen as a receiver: a mesh, or an Empty that shows a collection."""
+    return obj.type == "MESH" or (obj.instance_type == "COLLECTION" and obj.instance_collection is not None)
+
+
+def map_name(obj) -> str:
+    """The name of the map that an object's light is kept in: its own name, or what its settings say."""
+    return obj.dapple.shared_map.strip() or obj.name
+
+
+def instance_name(instance) -> str:
+    """A name for an instance that stays the same from frame to frame: of what shows it, of what is shown, a number."""
+    number = ".".join(str(n) for n in instance.persistent_id if n != _FILL)
+    return f"{instance.parent.original.name} {instance.object.original.name} {number}"
+
+
+def shows_receivers(instance) -> bool:
+    """Whether an instance of a receiver is one as well: of an Empty always, of a mesh where its settings ask for it."""
+    parent = instance.parent.original
+    return instance.object.type == "MESH" and (parent.type != "MESH" or parent.dapple.instances_receive)
+
+
+class Maps:
+    """The meshes that take light in one frame, by their maps."""
+
+    def __init__(self):
+        self.owners, self._parts, self._shared = set(), {}, {}
+
+    def add(self, owner, name, arrays, uvs):
+        """Add a mesh of world space, MeshArrays and its UVs (T,3,2), of the receiver `owner` to the map `name`."""
+        self.owners.add(owner)
+        self._parts.setdefault(name, []).append((arrays.positions, arrays.triangles, uvs))
+
+    def add_instance(self, instance, matrix, read):
+        """Add an instance under a world matrix (4,4); read: gives MeshArrays and UVs of an evaluated object in its own
+        space, and is asked once for each mesh."""
+        shown, owner = instance.object, instance.parent.original
+        key = shown.data.as_pointer()
+        if key not in self._shared:
+            self._shared[key] = read(shown)
+        arrays, uvs = self._shared[key]
+        self.owners.add(owner.name)
+        name = owner.dapple.shared_map.strip() or instance_name(instance)
+        turn = -1 if np.linalg.det(matrix[:3, :3]) < 0 else 1  # mirrored: wound to agree with their normals again
+        positions = arrays.positions @ matrix[:3, :3].T + matrix[:3, 3]
+        if not np.isfinite(positions).all():
+            raise DappleError(f"Receiver '{name}' has coordinates that are not numbers; check the instances.")
+        self._parts.setdefault(name, []).append((positions, arrays.triangles[:, ::turn], uvs[:, ::turn]))
+
+    def receivers(self):
+        """The Receivers, one for each map, in the order of the names."""
+        return tuple(Receiver(name, *_joined(parts)) for name, parts in sorted(self._parts.items()))
+
+
+def _joined(parts):
+    """Positions, triangles and UVs of meshes as of one."""
+    positions, triangles, uvs = zip(*parts, strict=True)
+    base = np.cumsum([0, *(len(p) for p in positions)])
+    triangles = [t + start for t, start in zip(triangles, base, strict=False)]
+    return np.concatenate(positions), np.concatenate(triangles), np.concatenate(uvs)
