@@ -57,7 +57,7 @@ def _mirror():
     """Light off a mirror at 45 degrees onto a wall: Schlick's curve, and the mirror's own size."""
     mirror = Mirror(np.array([0.9, 0.5, 0.1]), np.array([1.0, 0.8, 0.6]))
     panel = shapes.caster("Panel", shapes.box([1.0, 1.0, 0.01]), mirror, (0, 0, -0.005), flat=True)
-    wall = tests_waves.quad("Wall", [[1, -1, 0], [1, 1, 0], [1, 1, 2], [1, -1, 2]])
+    wall = tests_waves.quad("Wall", [[1, -1, 0], [1, -1, 2], [1, 1, 2], [1, 1, 0]])
     direction = np.array([1, 0, -1]) / np.sqrt(2)
     scene = Scene(dry(), (wall,), (), (Sun("Sun", direction, np.ones(3)),), casters=(panel,))
     light, texels, _ = _landed(scene)
@@ -73,7 +73,7 @@ def _closed_box():
     """A clear glass ball and a lamp in a closed box: what meets the ball lands on the box."""
     corners = shapes.box([2.0, 2.0, 2.0])[0]
     quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
-    walls = tuple(tests_waves.quad(f"Wall {k}", corners[quad]) for k, quad in enumerate(quads))
+    walls = tuple(tests_waves.quad(f"Wall {k}", corners[quad[::-1]]) for k, quad in enumerate(quads))
     ball = shapes.caster("Ball", shapes.ball(0.3, 512), Glass(1.5))
     lamp = Point("Lamp", np.array([-0.7, 0.1, 0.3]), np.ones(3))
     light, texels, landed = _landed(Scene(dry(), walls, (), (lamp,), casters=(ball,)))

@@ -16,6 +16,7 @@ import numpy as np
 
 from dapple.kernels.scene import Point, Spot
 
+_ENDED, _BACK, _WRONG_SIDE, _ENDLESS = range(4)  # on the wrong side of a facet, when patience was spent
 _PATIENCE = 64  # surfaces a photon may meet
 _BATCH = 2**22  # photons at once
 _OFF = 4e-6  # of the scene's size: how far off a surface rays go on; Mitsuba's own offset is a tenth of a millimetre
@@ -101,17 +102,17 @@ class LightTracer:
         specular, on_receiver = met > 0, mi.Bool(False)
         cell = mi.UInt32(dr.clip(uv.y * side, 0, side - 1)) * side + mi.UInt32(dr.clip(uv.x * side, 0, side - 1))
         for number, pointer in enumerate(self._shapes):
-            here = (shape == pointer) & (state == 0)
-            on_receiver |= here
+            on_receiver |= shape == pointer
+            here = (shape == pointer) & (state == _ENDED)
             for images, counted in ((landed.maps, specular), (landed.short, specular & (met <= self._bounces))):
                 for channel in range(3):
                     sums = dr.zeros(mi.Float, side * side)
                     dr.scatter_reduce(dr.ReduceOp.Add, sums, throughput[channel], cell, here & counted)
                     images[number][:, :, channel] = np.array(sums, np.float64).reshape(side, side)
-        elsewhere = (state == 0) & ~on_receiver & (shape != dr.zeros(mi.ShapePtr))
+        nowhere = shape == dr.zeros(mi.ShapePtr)
         causes = {
-            "missed": (state == 0) & (shape == dr.zeros(mi.ShapePtr)), "occluded": elsewhere,
-            "wrong_side": state == 1, "endless": state == 2,
+            "missed": nowhere & (state == _ENDED), "occluded": ~nowhere & ~on_receiver & (state <= _BACK),
+            "back": on_receiver & (state == _BACK), "wrong_side": state == _WRONG_SIDE, "endless": state == _ENDLESS,
         }  # fmt: skip
         for cause, here in causes.items():
             lost = dr.select(here & specular, throughput, 0)
@@ -138,7 +139,7 @@ def _of_lamp(lamp, points, at):
 @dr.syntax
 def _follow(traced, ray, throughput, aim, off, sampler):
     """Where photons end that meet the shape `aim` first: shape, uv, specular surfaces met (0 for all others),
-    throughput, and state 0 as they should, 1 for a direction on the wrong side of a triangle, 2 for patience spent."""
+    throughput, and state: how."""
     context = mi.BSDFContext(mi.TransportMode.Importance)
     ray, throughput = mi.Ray3f(ray), mi.Color3f(throughput)
     active, met, state = mi.Bool(True), mi.UInt32(0), mi.UInt32(0)
@@ -154,18 +155,19 @@ def _follow(traced, ray, throughput, aim, off, sampler):
         bend = hit & mi.has_flag(bsdf.flags(), mi.BSDFFlags.Delta)
         shape = dr.select(active & ~bend, si.shape, shape)
         uv = dr.select(active & ~bend, si.uv, uv)
+        state[hit & ~bend & (dr.dot(si.n, ray.d) >= 0)] = mi.UInt32(_BACK)
         out, weight = bsdf.sample(context, si, sampler.next_1d(bend), sampler.next_2d(bend), bend)
         wo = si.to_world(out.wo)
         came, goes = dr.dot(si.n, -ray.d), dr.dot(si.n, wo)
         passes = mi.has_flag(out.sampled_type, mi.BSDFFlags.DeltaTransmission)
         sound = (came * mi.Frame3f.cos_theta(si.wi) > 0) & ((came * goes < 0) == passes)
-        state[bend & ~sound] = mi.UInt32(1)
+        state[bend & ~sound] = mi.UInt32(_WRONG_SIDE)
         throughput[bend] = throughput * weight
         met[bend] = met + 1
         medium[bend & passes & si.is_medium_transition()] = si.target_medium(wo)
         ray[bend] = mi.Ray3f(si.p + dr.mulsign(si.n, goes) * off, wo)
         active = bend & sound
-        state[active & (met >= _PATIENCE)] = mi.UInt32(2)
+        state[active & (met >= _PATIENCE)] = mi.UInt32(_ENDLESS)
         active &= (met < _PATIENCE) & (dr.max(throughput) > 0)
     return shape, uv, met, throughput, state
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from dapple.kernels.scene import Glass, Point, Spot
 
-WHITE = 0.5  # albedo of receivers, for what a camera sees of them
+WHITE = 0.005  # albedo of receivers, for what a camera sees of them: so dark that they light nothing else
 
 
 class SchlickMirror(mi.BSDF):
