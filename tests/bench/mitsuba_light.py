@@ -16,7 +16,8 @@ import numpy as np
 
 from dapple.kernels.scene import Point, Spot
 
-_ENDED, _BACK, _WRONG_SIDE, _ENDLESS = range(4)  # on the wrong side of a facet, when patience was spent
+# How photons end: on a surface or nowhere, on a back, bent to the wrong side of a facet, with patience spent.
+_ENDED, _BACK, _WRONG_SIDE, _ENDLESS = range(4)
 _PATIENCE = 64  # surfaces a photon may meet
 _BATCH = 2**22  # photons at once
 _OFF = 4e-6  # of the scene's size: how far off a surface rays go on; Mitsuba's own offset is a tenth of a millimetre
@@ -139,7 +140,7 @@ def _of_lamp(lamp, points, at):
 @dr.syntax
 def _follow(traced, ray, throughput, aim, off, sampler):
     """Where photons end that meet the shape `aim` first: shape, uv, specular surfaces met (0 for all others),
-    throughput, and state: how."""
+    throughput, and state, how they ended."""
     context = mi.BSDFContext(mi.TransportMode.Importance)
     ray, throughput = mi.Ray3f(ray), mi.Color3f(throughput)
     active, met, state = mi.Bool(True), mi.UInt32(0), mi.UInt32(0)
