@@ -20,7 +20,7 @@ from .candidates import candidates
 
 _STEPS, _STEPS_FOLDED = 12, 40  # of Newton's method; more where the image turns over
 _BATCH = 1 << 14  # pairs at once: what a step touches stays in the second-level cache
-_CONVERGED = 1e-7  # barycentric: the last step of a method that squares its error
+_CONVERGED, _CONVERGED_FOLDED = 1e-5, 1e-7  # barycentric: the last step of a method that squares its error
 _AWAY = 1.0  # barycentric: so far outside its triangle a path of a smooth image does not come back
 _INSIDE = 1e-9  # barycentric: rounding of a path on an edge
 _SAME, _SAME_ON_EDGE = 1e-6, 1e-8  # of a triangle's edge; in one triangle, and in two that may fold along theirs
@@ -150,14 +150,15 @@ def _solve(surface, triangle, p, a, b, eta, several):
     snell = _Snell(surface, triangle, p, eta)
     result = np.full((2, len(a)), np.nan)
     active = np.arange(len(a))
-    for _ in range(_STEPS_FOLDED if several else _STEPS):
+    steps, converged = (_STEPS_FOLDED, _CONVERGED_FOLDED) if several else (_STEPS, _CONVERGED)
+    for _ in range(steps):
         da, db = snell.step(a, b)
         longest = np.maximum(np.abs(da), np.abs(db))
         if several:
             shrink = np.minimum(1, 0.5 / np.maximum(longest, 1e-300))
             da, db = da * shrink, db * shrink
         a, b = a + da, b + db
-        done = longest < _CONVERGED
+        done = longest < converged
         result[:, active[done]] = a[done], b[done]
         going = ~done & (np.minimum(np.minimum(a, b), 1 - a - b) > -_AWAY)
         if going.all():

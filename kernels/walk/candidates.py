@@ -98,10 +98,11 @@ class Grid:
         """Images, at the top and bottom of a layer, of triangles with `lines` of their corners and middles."""
         return [Image(*at_depth(lines, depth)) for depth in sorted({end[layer] for end in self.ends})]
 
-    def near(self, images, layer, slack=_SLACK):
-        """Runs of points in the cells that the boxes round `images` touch: box, first point and length of each."""
+    def near(self, images, layer, slack=_SLACK, cells=0):
+        """Runs of points in the cells that the boxes round `images`, and so many `cells` round these, touch: box, first
+        point and length of each."""
         low, high = np.minimum.reduce([i.low() for i in images]), np.maximum.reduce([i.high() for i in images])
-        slack = slack * (high - low)
+        slack = slack * (high - low) + cells * self.size
         return self._runs(layer, low - slack, high + slack)
 
     def _runs(self, layer, low, high):

@@ -1,7 +1,8 @@
 """The conic walk: manifold next-event estimation from the texels, by every path that leads to each.
 
 The paths come from the images of the water's triangles (`candidates.py`), each solved for exactly (`all_roots.py`), and
-are proven to be all (`certificate.py`). What is stored is the mean over the texel, of points in it (`texel_means.py`).
+are proven to be all (`certificate.py`). What is stored is the mean over the texel, of points in it (`texel_means.py`)
+and, where the water throws its light together, of beams (`concentrated.py`).
 With Settings.first_root the walk of the method's source finds one path to each texel's centre instead
 (`first_root.py`).
 """
@@ -20,7 +21,10 @@ from . import first_root
 from .paths import LightPaths
 from .texel_means import Means
 
-_REASONS = {False: "every exact path to points of each texel", True: "one exact path per texel"}
+_REASONS = {
+    False: "every exact path to points of each texel, and beams where light is thrown together",
+    True: "one exact path per texel",
+}
 _LEFT_OUT = [
     "the sun's disc: light comes from its centre",
     "light that meets the water twice or is reflected by it",
@@ -41,8 +45,9 @@ def solve(scene, texels, settings):
     others = [light for light in scene.lights if settings.first_root and not isinstance(light, Sun)]
     work.left_out += [f"lamp '{light.name}': the walk knows suns only" for light in others]
     clock = _Clock(work.seconds)
-    objects = Tracer(*soup((*scene.receivers, *scene.occluders, *scene.casters)))
-    lights = [LightPaths(scene, light, objects) for light in known]
+    solids = soup((*scene.receivers, *scene.occluders, *scene.casters))
+    objects = Tracer(*solids)
+    lights = [LightPaths(scene, light, objects, solids) for light in known]
     work.flux_in = sum((paths.lit.light() * paths.lit.source.power for paths in lights), np.zeros(3))
     clock.lap("prepare")
     if settings.first_root:

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..lit_water import light_water
+from ..lit_water import light_water, may_be_shadowed
 from ..optics import sun_frame
 from ..rays import Tracer
 from .all_roots import Roots, find_roots
@@ -33,14 +33,19 @@ class Paths:
 
 
 class LightPaths:
-    """The paths of one light of a Scene; objects: a Tracer of all that blocks it."""
+    """The paths of one light of a Scene; objects: a Tracer of all that blocks it, `solids` its positions and triangles.
 
-    def __init__(self, scene, light, objects):
-        self.lit = _upright(light_water(scene.water, light))
+    triangles: those that the light meets; whole: of them, those whose normals face it everywhere; in_shadow (T,) bool:
+    something may stand between the light and a triangle.
+    """
+
+    def __init__(self, scene, light, objects, solids):
+        lit = light_water(scene.water, light)
+        self.light, self.lit, self.in_shadow = light, _upright(lit), may_be_shadowed(lit, *solids)
         self.surface = Surface(self.lit, scene.water.twins)
         self.eta, self._sigma_a, self._objects = scene.eta, np.asarray(scene.sigma_a), objects
         self.triangles = np.flatnonzero(self.lit.area)
-        self._whole = whole_triangles(self.surface, self.triangles)
+        self.whole = whole_triangles(self.surface, self.triangles)
 
     def to(self, points, normals):
         """The Paths to points (K,3) of one receiver, with normals (K,3)."""
@@ -82,17 +87,14 @@ class LightPaths:
     def hidden(self, triangle, weights, points, normals):
         """Whether (n,) an object stands between the light and M, or between M and points (n,3), their own surface with
         normals (n,3) too: light that comes to its back lights it not."""
-        m = self._world(triangle, weights)
+        m = (self.lit.frame.T @ self.surface.at(triangle, weights)[0]).T
         ray = points - m
-        length = np.linalg.norm(ray, axis=1)
+        length = np.sqrt((ray**2).sum(1))
         ray /= np.maximum(length, np.finfo(float).tiny)[:, None]
-        back = (ray * normals).sum(1) >= 0
-        return back | self.shadowed(triangle, weights) | self._objects.blocked(m, ray, length)
-
-    def shadowed(self, triangle, weights):
-        """Whether (n,) an object stands between the light and M."""
-        m = self._world(triangle, weights)
-        return self._objects.blocked(m, *self._towards(m))
+        hidden = ((ray * normals).sum(1) >= 0) | self._objects.blocked(m, ray, length)
+        shade = np.flatnonzero(self.in_shadow[triangle] & ~hidden)
+        hidden[shade] = self._objects.blocked(m[shade], *self._towards(m[shade]))
+        return hidden
 
     def _towards(self, points):
         """Unit directions (n,3) from points (n,3) to the light, and distances to it."""
@@ -103,9 +105,6 @@ class LightPaths:
         """The `candidates.Grid` of points (n,3)."""
         return Grid(self._rays, self.lit.frame @ points.T)
 
-    def _world(self, triangle, weights):
-        return (self.lit.frame.T @ self.surface.at(triangle, weights)[0]).T
-
     def _search(self, points, normals, thorough):
         """Roots of points (K,3) with normals (K,3), their `factors`, and whether (K,) some are missing."""
         if not len(self.triangles):
@@ -113,7 +112,7 @@ class LightPaths:
         p, grid = self.lit.frame @ points.T, self.grid(points)
         roots = find_roots(self.surface, grid, self.triangles, p, self.eta, thorough)
         factors = self.factors(roots.triangle, roots.weights, points[roots.point], normals[roots.point])
-        return roots, factors, missing(self.surface, grid, self._whole, roots, np.sign(factors[1]), len(points))
+        return roots, factors, missing(self.surface, grid, self.whole, roots, np.sign(factors[1]), len(points))
 
 
 def _upright(lit):

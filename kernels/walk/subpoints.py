@@ -20,6 +20,10 @@ class SubPoints:
     area: np.ndarray
     scale: np.ndarray
 
+    @classmethod
+    def concatenated(cls, parts):
+        return cls(*(np.concatenate(a) for a in zip(*(vars(part).values() for part in parts), strict=True)))
+
 
 class SubTexels:
     """Where the sub-points of a Receiver's Texels may lie."""

@@ -6,6 +6,7 @@ import numpy as np
 
 from dapple.kernels.maps.texels import rasterise
 from dapple.kernels.methods import solve
+from dapple.kernels.rays import soup
 from dapple.kernels.scene import Settings
 from dapple.kernels.walk.paths import LightPaths
 from dapple.kernels.walk.walkers import Walk
@@ -41,7 +42,7 @@ def step_rows():
     for quads in (128, 512):
         scene = pool().scene(exact(pool(), quads))
         points = rasterise(scene.receivers[0], 512).positions
-        paths = LightPaths(scene, scene.lights[0], None)
+        paths = LightPaths(scene, scene.lights[0], None, soup(scene.receivers))
         at = paths.lit.frame @ points.T
         cost, steps = step_cost(Walk, paths.surface, at, paths.first_water(points), scene.eta)
         yield 2 * quads**2, len(points), f"{cost:.0f}", f"{steps / 1e6:.1f}"

@@ -17,7 +17,8 @@ from dapple.kernels.walk.plan import Rays
 
 
 def paths_of(scene):
-    return LightPaths(scene, scene.lights[0], Tracer(*soup((*scene.receivers, *scene.occluders))))
+    solids = soup((*scene.receivers, *scene.occluders))
+    return LightPaths(scene, scene.lights[0], Tracer(*solids), solids)
 
 
 def roots_of(scene, points):

@@ -121,7 +121,7 @@ def test_absorption_follows_the_true_path():
 def test_a_smaller_tolerance_takes_more_points_and_a_frame_repeats_itself():
     scene = stormy([floor()])
     texels = [rasterise(scene.receivers[0], 32)]
-    coarse, fine, again = (by_walk(scene, texels, t) for t in (0.1, 0.01, 0.01))
+    coarse, fine, again = (by_walk(scene, texels, t) for t in (0.1, 0.001, 0.001))
     assert fine.diagnostics.paths["sub_points"] > coarse.diagnostics.paths["sub_points"]
     np.testing.assert_array_equal(fine.images[0], again.images[0])
     assert (fine.status[0] == Status.LIT).all()
