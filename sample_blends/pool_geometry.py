@@ -114,10 +114,8 @@ def add_ring(materials, major=0.42, minor=0.11, around=72, across=24):
     a, b = np.meshgrid(*(np.arange(n) * 2 * np.pi / n for n in (around, across)), indexing="ij")
     radius = major + minor * np.cos(b)
     positions = np.stack([radius * np.cos(a), radius * np.sin(a), minor * np.sin(b)], axis=-1).reshape(-1, 3)
-    i, j = (index.ravel() for index in np.indices((around, across)))
-    next_i, next_j = (i + 1) % around, (j + 1) % across
-    faces = np.stack([i * across + j, next_i * across + j, next_i * across + next_j, i * across + next_j], axis=-1)
-    ring = tools.add_mesh("Ring", positions, faces, materials, smooth=True)
-    ring.data.polygons.foreach_set("material_index", (i * 8 // around) % 2)
+    ring = tools.add_mesh("Ring", positions, tools.torus_faces(around, across), materials, smooth=True)
+    stripe = np.arange(around * across) // across * 8 // around
+    ring.data.polygons.foreach_set("material_index", stripe % 2)
     ring.location = (0.75, -0.1, DEPTH)
     return ring

@@ -121,6 +121,53 @@ def add_camera(name, position, target, lens):
     return camera
 
 
+def add_box(name, middle, half):
+    """Make an Empty, drawn as a cube, that bounds a box: its middle and half its sides [m]."""
+    box = add_object(name, None)
+    box.empty_display_type, box.location, box.scale = "CUBE", middle, half
+    return box
+
+
+def ball(radius, around, upward):
+    """Return the positions and faces of a ball of `around` meridians and `upward` bands, quads but at the poles."""
+    azimuth = np.arange(around) * 2 * np.pi / around
+    polar = np.arange(1, upward) * np.pi / upward
+    height, across = -np.cos(polar)[:, None], np.sin(polar)[:, None]
+    rings = np.stack([across * np.cos(azimuth), across * np.sin(azimuth), height + 0 * azimuth], axis=-1)
+    positions = np.concatenate([rings.reshape(-1, 3), [(0, 0, -1), (0, 0, 1)]]) * radius
+    i, j = np.arange(around), (np.arange(around) + 1) % around
+    faces = [np.stack([i, j, j + around, i + around], axis=-1) + k * around for k in range(upward - 2)]
+    last, south = (upward - 2) * around, (upward - 1) * around
+    return positions, [
+        *np.concatenate(faces),
+        *np.stack([j, i, np.full(around, south)], axis=-1),
+        *np.stack([last + i, last + j, np.full(around, south + 1)], axis=-1),
+    ]
+
+
+def torus_faces(around, across):
+    """Return the quads (F,4) between `around` closed profiles of `across` points, which close on themselves."""
+    i, j = (index.ravel() for index in np.indices((around, across)))
+    next_i, next_j = (i + 1) % around, (j + 1) % across
+    return np.stack([i * across + j, next_i * across + j, next_i * across + next_j, i * across + next_j], axis=-1)
+
+
+def move_evenly(obj):
+    """Let what is keyed of an object go from key to key at one speed, and on beyond the last."""
+    for curve in fcurves(obj):
+        curve.extrapolation = "LINEAR"
+        for key in curve.keyframe_points:
+            key.interpolation = "LINEAR"
+
+
+def fcurves(obj):
+    """Return the curves of an object's action, in the layers that Blender has since 4.4 too."""
+    action = obj.animation_data.action
+    if hasattr(action, "fcurves"):
+        return action.fcurves
+    return [c for layer in action.layers for strip in layer.strips for bag in strip.channelbags for c in bag.fcurves]
+
+
 def add_node(tree, kind, values=None, **attributes):
     """Add a node; `values`: input name or index -> a default, or an output socket to link."""
     node = tree.nodes.new(kind)
@@ -168,6 +215,22 @@ def new_water(name="Water", ior=1.333):
     return material
 
 
+def new_glass(name, ior, colour=(1.0, 1.0, 1.0)):
+    """Make smooth glass that EEVEE refracts by tracing rays; a body of it shows the colour, linear RGB."""
+    material = new_water(name, ior)
+    shader = next(node for node in material.node_tree.nodes if node.type == "BSDF_PRINCIPLED")
+    shader.inputs["Base Color"].default_value = (*colour, 1.0)
+    material.thickness_mode = "SPHERE"
+    return material
+
+
+def new_metal(name, colour):
+    """Make polished metal of one colour, linear RGB."""
+    material = new_plain(name, colour, roughness=0.0, specular=0.5)
+    next(n for n in material.node_tree.nodes if n.type == "BSDF_PRINCIPLED").inputs["Metallic"].default_value = 1.0
+    return material
+
+
 def set_sky(horizon, zenith, strength):
     """Light the scene by a gradient from the horizon's colour to the zenith's, linear RGB."""
     world = bpy.data.worlds.new("Sky")
@@ -185,11 +248,12 @@ def set_sky(horizon, zenith, strength):
     add_node(tree, "ShaderNodeOutputWorld", {"Surface": background.outputs[0]})
 
 
-def choose(water, receivers):
-    """Set what Dapple bakes, and tell Cycles who casts shadow caustics and who takes them."""
+def choose(water, receivers, casters=()):
+    """Set what Dapple bakes, and tell Cycles who casts shadow caustics and who takes them; water may be None."""
     bpy.context.scene.dapple.water = water
     bpy.context.scene.dapple.receivers = add_collection("Receivers", *receivers)
-    water.cycles.is_caustics_caster = True
+    for caster in (*([water] if water else []), *casters):
+        caster.cycles.is_caustics_caster = True
     for receiver in receivers:
         receiver.cycles.is_caustics_receiver = True
 
