@@ -122,7 +122,9 @@ def add_suzanne(material):
 def add_table(material):
     """Make the table's top, which takes the light, and the slab below it."""
     half = TABLE / 2
-    top = tools.add_mesh("Table", [(-half, -half, 0), (half, -half, 0), (half, half, 0), (-half, half, 0)], [(0, 1, 2, 3)])
+    top = tools.add_mesh(
+        "Table", [(-half, -half, 0), (half, -half, 0), (half, half, 0), (-half, half, 0)], [(0, 1, 2, 3)]
+    )
     tools.add_uvs(top.data, [(0, 0), (1, 0), (1, 1), (0, 1)])
     top.data.materials.append(material)
     bpy.ops.mesh.primitive_cube_add(size=1.0, location=(0, 0, -0.0005 - TOP / 2))

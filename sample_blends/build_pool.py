@@ -50,16 +50,16 @@ def add_sine(tree, position, seconds, wave):
     return tools.add_node(tree, "ShaderNodeMath", {0: sine.outputs[0], 1: amplitude}, operation="MULTIPLY").outputs[0]
 
 
-def wave_nodes():
-    """Make the node group that lifts a flat mesh by the sum of the five sines."""
-    tree = bpy.data.node_groups.new("Five Sines", "GeometryNodeTree")
+def wave_nodes(waves):
+    """Make the node group that lifts a flat mesh by the sum of sines, rows as those of WAVES."""
+    tree = bpy.data.node_groups.new("Sines", "GeometryNodeTree")
     tree.interface.new_socket("Geometry", in_out="INPUT", socket_type="NodeSocketGeometry")
     tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
     mesh = tools.add_node(tree, "NodeGroupInput").outputs[0]
     position = tools.add_node(tree, "GeometryNodeInputPosition").outputs[0]
     seconds = tools.add_node(tree, "GeometryNodeInputSceneTime").outputs["Seconds"]
-    height = add_sine(tree, position, seconds, WAVES[0])
-    for wave in WAVES[1:]:
+    height = add_sine(tree, position, seconds, waves[0])
+    for wave in waves[1:]:
         sine = add_sine(tree, position, seconds, wave)
         height = tools.add_node(tree, "ShaderNodeMath", {0: height, 1: sine}, operation="ADD").outputs[0]
     offset = tools.add_node(tree, "ShaderNodeCombineXYZ", {"Z": height}).outputs[0]
@@ -72,7 +72,7 @@ def add_water():
     """Make the water: a grid that reaches 0.1 m into the walls, so that its rim is out of sight and out of the sun."""
     water = tools.add_grid("Water", WATER_SIZE, WATER_CELLS, lambda x, _: 0.0 * x, [tools.new_water()])
     water.location.z = geometry.DEPTH
-    water.modifiers.new("Waves", "NODES").node_group = wave_nodes()
+    water.modifiers.new("Waves", "NODES").node_group = wave_nodes(WAVES)
     return water
 
 

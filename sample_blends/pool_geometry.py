@@ -18,7 +18,7 @@ GAP = 10 / 512
 SIDES = ((-1, 0), (0, 1), (1, 0), (0, -1))
 
 
-def _quad(origin, u, v, flat, flat_u, flat_v, material=0):
+def quad(origin, u, v, flat, flat_u, flat_v, material=0):
     """Return a quad spanned by u and v from `origin`, and its image spanned by flat_u and flat_v from `flat`."""
     spans = ((0, 0), (1, 0), (1, 1), (0, 1))
     corners = [np.add(origin, np.multiply(u, a) + np.multiply(v, b)) for a, b in spans]
@@ -29,7 +29,7 @@ def _quad(origin, u, v, flat, flat_u, flat_v, material=0):
 def floor():
     """Return the floor's quad, which fills the sheet with u along x and v along y, and the sheet's side [m]."""
     side = 2 * HALF
-    return [_quad((-HALF, -HALF, 0), (side, 0, 0), (0, side, 0), (0, 0), (side, 0), (0, side))], side
+    return [quad((-HALF, -HALF, 0), (side, 0, 0), (0, side, 0), (0, 0), (side, 0), (0, side))], side
 
 
 def walls():
@@ -45,7 +45,7 @@ def walls():
         for low, high, material in ((0.0, WATERLINE, 0), (WATERLINE, TOP, 1)):
             height = high - low
             corner = start + np.array([0, 0, low])
-            quads.append(_quad(corner, along, (0, 0, height), place + up * low, right, up * height, material))
+            quads.append(quad(corner, along, (0, 0, height), place + up * low, right, up * height, material))
     return quads, side
 
 
@@ -58,14 +58,12 @@ def steps():
     for forward, drop, material in profile:
         length = forward - drop
         flat = (rim, rim + down)
-        quads.append(
-            _quad(place, (0, -STEP_WIDTH, 0), (forward, 0, drop), flat, (STEP_WIDTH, 0), (0, length), material)
-        )
+        quads.append(quad(place, (0, -STEP_WIDTH, 0), (forward, 0, drop), flat, (STEP_WIDTH, 0), (0, length), material))
         place, down = np.add(place, (forward, 0, drop)), down + length
     for step in range(STEPS):
         corner, flat = (-HALF + step * TREAD, HALF - STEP_WIDTH, 0), (3 * rim + STEP_WIDTH + step * TREAD, rim)
         height = (STEPS - step) * RISE
-        quads.append(_quad(corner, (TREAD, 0, 0), (0, 0, height), flat, (TREAD, 0), (0, height)))
+        quads.append(quad(corner, (TREAD, 0, 0), (0, 0, height), flat, (TREAD, 0), (0, height)))
     return quads, side
 
 
