@@ -1,0 +1,92 @@
+"""Light over glass, mirrors and water against Mitsuba 3: the tables and pictures of docs/casters.md.
+
+Needs `mitsuba` and `flip-evaluator` from PyPI beside what Dapple needs, and LLVM 16 or newer where the processor has
+AVX-512 (DRJIT_LIBLLVM_PATH names its library). Run as `python tests/bench/bench_casters.py`; it uses one thread, makes
+the references that are not in tests/bench/references yet, prints the tables as it goes and writes
+docs/casters_tables.md and docs/images/casters_*.png.
+"""
+
+from __future__ import annotations
+
+import platform
+import sys
+import time
+from pathlib import Path
+
+from bench_stages import ROOT, Table, load_dapple
+
+COMMAND = "`python tests/bench/bench_casters.py`"
+ASKED = (1e-1, 1e-2, 1e-3)
+
+
+def cases():
+    """All that is measured."""
+    import waves
+    from bench import caster_scenes as scenes
+    from bench.caster_cases import Case
+
+    cameras = {
+        "ball": (1.0, 20.0),
+        "ring": (1.0, 20.0),
+        "slab": (1.0, 20.0),
+        "stone": (1.0, 20.0),
+        "glass": (1.6, 20.0),
+    }
+    yield Case("pool", waves.pool(quads=128), (4.0, 1.2))
+    for make in (*scenes.SMALL, *scenes.LARGE):
+        yield Case(make.__name__, make(), cameras.get(make.__name__))
+
+
+def tables(table):
+    """Add all tables to a Table."""
+    from bench import caster_checks
+    from bench.caster_cases import ERROR_HEAD, TIME_HEAD
+    from bench.caster_pictures import draw
+
+    def begin(title, head):
+        table.lines += ["", f"## {title}"]
+        print(f"\n{title}")
+        table.head(*head)
+
+    begin("The reference against closed forms", caster_checks.HEAD)
+    for row in caster_checks.rows():
+        table.add(*row)
+    measured = list(cases())
+    begin("Errors of the maps", ERROR_HEAD)
+    for case in measured:
+        for tolerance in ASKED:
+            for row in case.error_rows(tolerance):
+                table.add(*row)
+    begin("CPU seconds to an error of 1e-2", TIME_HEAD)
+    for case in measured:
+        table.add(*case.time_row())
+    for case in measured:
+        draw(case, ROOT / "docs" / "images" / f"casters_{case.name}.png")
+
+
+def machine():
+    """One line on processor and versions."""
+    import mitsuba
+    import numpy as np
+
+    lines = Path("/proc/cpuinfo").read_text().splitlines() if Path("/proc/cpuinfo").exists() else []
+    cpu = next((line.split(":")[1].strip() for line in lines if line.startswith("model name")), platform.machine())
+    versions = f"Python {platform.python_version()}, numpy {np.__version__}, Mitsuba {mitsuba.__version__}"
+    return f"{cpu}, one thread; {versions}, {mitsuba.variant()}"
+
+
+def main():
+    import drjit
+    import mitsuba
+
+    mitsuba.set_variant("llvm_ad_rgb")
+    drjit.set_thread_count(1)
+    load_dapple()
+    table = Table()
+    tables(table)
+    text = f"Measured on {time.strftime('%Y-%m-%d')} by {COMMAND}: {machine()}.\n"
+    (ROOT / "docs" / "casters_tables.md").write_text(text + "\n".join(table.lines) + "\n")
+
+
+if __name__ == "__main__":
+    sys.exit(main())
