@@ -64,7 +64,7 @@ class DAPPLE_PT_quality(_Sidebar, bpy.types.Panel):
         layout = self.layout
         layout.use_property_split = True
         layout.use_property_decorate = False
-        for name in ("method", "surface", "tolerance", "resolution", "padding", "dispersion", "match_cycles"):
+        for name in ("method", "surface", "tolerance", "resolution", "padding", "dispersion", "match_cycles", "reuse"):
             layout.prop(settings, name)
 
 

@@ -135,6 +135,15 @@ class DappleSettings(bpy.types.PropertyGroup):
         "rays leave the water, so that maps seen through its water are too bright. Off, they hold W/m²",
         default=False,
     )
+    reuse: FloatProperty(
+        name="Temporal Reuse",
+        description="Share of its light that a texel keeps from frame to frame. Less noise in scenes that hardly move, "
+        "but caustics that move leave trails: 0, off, is right for most",
+        default=0.0,
+        min=0.0,
+        max=0.95,
+        precision=2,
+    )
     bounces: IntProperty(
         name="Bounces",
         description="Surfaces that bend or mirror light on its way over glass and metal, at most. A solid piece of "

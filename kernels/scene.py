@@ -227,7 +227,8 @@ class Settings:
     first path to a texel's centre, as its source does; surface: "auto" for the smooth water that a smooth-shaded mesh
     samples, "mesh" for the mesh as it is; dispersion: the water's Abbe number, 0 for one index for all colours, see
     `dispersion.py`; match_cycles: divide the images by eta^2, as Cycles shows what lies under water; bounces: at how
-    many surfaces light is bent or mirrored, at most, on its way over casters."""
+    many surfaces light is bent or mirrored, at most, on its way over casters; reuse: what share of its light a texel
+    keeps from frame to frame, see `reuse.py`."""
 
     method: str = "auto"
     tolerance: float = 0.01
@@ -240,6 +241,7 @@ class Settings:
     dispersion: float = 0.0
     match_cycles: bool = False
     bounces: int = 6
+    reuse: float = 0.0
 
 
 @dataclass

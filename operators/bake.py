@@ -11,12 +11,11 @@ import bpy
 import numpy as np
 
 from ..kernels.scene import Settings
-from ..kernels.surface.reconstruct import Reconstruction
 from .errors import DappleError
 from .extract import read_scene
-from .mesh_arrays import TopologyCache
 from .receivers import can_receive
 from .record import Record, frame_entry, summary
+from .shared import Shared
 from .volume import Bounds
 from .write import check_folder, folder_name, map_path, write_exr
 
@@ -46,6 +45,14 @@ class BakeRequest:
 
 
 @dataclass(frozen=True)
+class Preview:
+    """A rough picture of a frame, whose maps lie in a folder as they will in that of the bake."""
+
+    frame: int
+    folder: Path
+
+
+@dataclass(frozen=True)
 class Progress:
     """A frame that is on disk: its number, how many of how many that makes, a sentence on it, its
     maps, and its warnings."""
@@ -54,7 +61,7 @@ class Progress:
     done: int
     total: int
     message: str
-    maps: tuple[Path, ...]
+    maps: tuple[Path, ...] = ()
     warnings: tuple[str, ...] = ()
 
 
@@ -68,14 +75,17 @@ def request_from_scene(scene, water=None, receivers=None, frames=None, out=None)
     settings = Settings(chosen.method, tolerance, chosen.resolution, chosen.padding, surface=chosen.surface)
     abbe = float(f"{chosen.dispersion:.6g}")
     settings = replace(settings, dispersion=abbe, match_cycles=chosen.match_cycles, bounces=chosen.bounces)
+    settings = replace(settings, reuse=float(f"{chosen.reuse:.6g}"))
     water = water or ((chosen.water.name,) if chosen.water else ())
     receivers = receivers or _receivers(chosen, water)
     out = Path(out or _folder(chosen.output))
     return BakeRequest(water, receivers, frames or _frames(scene), out, settings, _volume(chosen))
 
 
-def bake(context, request: BakeRequest) -> Iterator[Progress]:
+def bake(context, request: BakeRequest, previews: Path | None = None) -> Iterator[Progress | Preview]:
     """Bake frame after frame; yields after each, once its maps and bake.json are on disk.
+
+    previews: a folder for rough pictures of each frame, of which each is told before the frame is done.
 
     A frame that fails, or an iterator that is closed, leaves the frames before as they are; the scene's current frame
     is put back. Raises DappleError for what cannot be baked.
@@ -84,12 +94,13 @@ def bake(context, request: BakeRequest) -> Iterator[Progress]:
     scene_name, frame, subframe = context.scene.name, context.scene.frame_current, context.scene.frame_subframe
     record = Record.open(request)
     check_folder(request.out)
-    shared = TopologyCache(), _TexelCache(request.settings), Reconstruction()
+    shared = Shared(request.settings)
     try:
         for done, number in enumerate(request.frames, 1):
             bpy.data.scenes[scene_name].frame_set(number)
             try:
-                entry = _bake_frame(context.evaluated_depsgraph_get(), number, request, *shared)
+                steps = _bake_frame(context.evaluated_depsgraph_get(), number, request, shared, previews)
+                entry = yield from _previews(steps)
             except DappleError as error:
                 raise DappleError(f"Frame {number}: {error}") from error
             record.add(number, entry)
@@ -99,26 +110,40 @@ def bake(context, request: BakeRequest) -> Iterator[Progress]:
         bpy.data.scenes[scene_name].frame_set(frame, subframe=subframe)
 
 
-def _bake_frame(depsgraph, number, request, topology, texels, reconstruction):
-    """Solve and write one frame; returns its entry for bake.json."""
-    # Only a bake needs embreex: without this, Blender would load it at every start.
-    from ..kernels import methods
+def _previews(steps):
+    """Yield the Previews of the steps of a frame; returns its entry, the last step."""
+    for step in steps:
+        if not isinstance(step, Preview):
+            return step
+        yield step
 
+
+def _bake_frame(depsgraph, number, request, shared, previews):
+    """Solve and write one frame; yields a Preview for each rough picture, where asked for, and last its entry for
+    bake.json."""
     clock = _Clock()
-    scene, warnings = read_scene(depsgraph, request.water, request.receivers, topology, request.volume)
+    scene, warnings = read_scene(depsgraph, request.water, request.receivers, shared.topology, request.volume)
     _check_maps([receiver.name for receiver in scene.receivers], request.settings.resolution)
     clock.lap("extract")
-    charts = tuple(texels.of(receiver) for receiver in scene.receivers)
+    charts = tuple(shared.texels.of(receiver) for receiver in scene.receivers)
     clock.lap("texels")
-    solution = methods.solve(scene, charts, request.settings, reconstruction)
+    for solution in shared.sequence.rough(scene, charts) if previews else ():
+        _write_maps(previews, number, scene, solution)
+        yield Preview(number, previews)
+    solution = shared.sequence.solve(number, scene, charts)
     clock.lap("solve")
     warnings = [*warnings, *_dark(solution.diagnostics)]
-    paths = {receiver.name: map_path(request.out, receiver.name, number) for receiver in scene.receivers}
-    for path, image in zip(paths.values(), solution.images):
-        write_exr(path, image)
+    files = _write_maps(request.out, number, scene, solution)
     clock.lap("write")
-    files = {receiver: path.relative_to(request.out).as_posix() for receiver, path in paths.items()}
-    return frame_entry(scene, solution.diagnostics, clock.seconds, files, warnings)
+    yield frame_entry(scene, solution.diagnostics, clock.seconds, files, warnings)
+
+
+def _write_maps(folder, number, scene, solution):
+    """Write the maps of a frame; returns where they lie in the folder, by receiver."""
+    paths = {receiver.name: map_path(folder, receiver.name, number) for receiver in scene.receivers}
+    for path, image in zip(paths.values(), solution.images, strict=True):
+        write_exr(path, image)
+    return {receiver: path.relative_to(folder).as_posix() for receiver, path in paths.items()}
 
 
 def _dark(diagnostics):
@@ -144,32 +169,6 @@ class _Clock:
         self.seconds[stage], self._last = now - self._last, now
 
 
-class _TexelCache:
-    """Texels of each receiver, made anew only where its mesh or UVs changed since the frame before."""
-
-    def __init__(self, settings):
-        self._settings = settings
-        self._known = {}
-
-    def of(self, receiver):
-        """The Texels of a Receiver; raises DappleError for UVs that cannot carry a lightmap."""
-        from ..kernels.maps.texels import UVError, rasterise
-
-        before, texels = self._known.get(receiver.name, (None, None))
-        if before is None or not _same(before, receiver):
-            try:
-                texels = rasterise(receiver, self._settings.resolution, self._settings.padding)
-            except UVError as error:
-                raise DappleError(f"Receiver '{receiver.name}' cannot take a lightmap: {error}.") from error
-            self._known[receiver.name] = (receiver, texels)
-        return texels
-
-
-def _same(one, other):
-    """Whether two Receivers are equal in every number."""
-    return all(np.array_equal(getattr(one, key), getattr(other, key)) for key in ("positions", "triangles", "uvs"))
-
-
 def _check(request):
     """Raise DappleError for a request that can be seen to fail before the first frame."""
     if not request.receivers:
@@ -187,6 +186,10 @@ def _check(request):
         )
     if not request.settings.bounces >= 1:
         raise DappleError(f"{request.settings.bounces} bounces let no light through; set 1 or more, such as 6.")
+    if not 0 <= request.settings.reuse < 1:
+        raise DappleError(
+            f"A reuse of {request.settings.reuse:g} is out of range; set 0 (off) to below 1, such as 0.8."
+        )
     abbe = request.settings.dispersion
     if abbe and not abbe >= 1:
         raise DappleError(f"An Abbe number of {abbe:g} is impossible; set 0 for no dispersion, or 55.7 for water.")

@@ -13,7 +13,7 @@ from .bake import bake, request_from_scene
 from .errors import DappleError
 from .exr_file import is_whole
 
-_SETTINGS = ("method", "surface", "tolerance", "resolution", "dispersion", "match_cycles", "bounces")
+_SETTINGS = ("method", "surface", "tolerance", "resolution", "dispersion", "match_cycles", "bounces", "reuse")
 
 
 def main(argv: list[str]) -> int:
@@ -71,6 +71,7 @@ def _parser():
     words.add_argument("--tolerance", type=float, help="relative mean squared error that is good enough")
     words.add_argument("--resolution", type=int, help="texels along each side of a map")
     words.add_argument("--bounces", type=int, help="surfaces that bend or mirror light on its way, at most")
+    words.add_argument("--reuse", type=float, help="share of its light that a texel keeps from frame to frame; 0: none")
     words.add_argument("--out", help="folder of the maps and of bake.json; default: the scene's, //caustics")
     words.add_argument("--water", type=_names, metavar="OBJECT,...", help="default: the scene's")
     words.add_argument("--receivers", type=_names, metavar="OBJECT,...", help="default: the scene's")

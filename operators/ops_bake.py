@@ -1,11 +1,19 @@
-"""The two bake buttons: one iterator, run to its end by scripts and frame by frame by the interface."""
+"""The two bake buttons: one iterator, run to its end by scripts and step by step by the interface.
+
+Receivers that show their maps show rough ones of a single frame while it is being solved: these lie in a folder of
+their own, so that whatever happens the maps on disk are whole and good.
+"""
 
 from __future__ import annotations
+
+import contextlib
+import tempfile
+from pathlib import Path
 
 import bpy
 
 from .attach import refresh
-from .bake import bake, request_from_scene
+from .bake import Preview, bake, request_from_scene
 from .errors import DappleError
 from .receivers import can_receive
 
@@ -43,6 +51,7 @@ class _Bake:
     """Run the bake's iterator; a subclass says which frames."""
 
     bl_options = {"REGISTER"}
+    previews = False
 
     @classmethod
     def poll(cls, context):
@@ -69,15 +78,17 @@ class _Bake:
         # In the background no timer fires.
         return self.execute(context) if bpy.app.background else self._start(context)
 
-    def _begin(self, context):
-        self._last, self._warnings = None, {}
+    def _begin(self, context, folder=None):
+        self._last, self._warnings, self._rough = None, {}, False
         self._request = self.request(context.scene)
-        self._steps = bake(context, self._request)
+        self._steps = bake(context, self._request, folder)
 
     def _start(self, context):
+        self._folder = tempfile.TemporaryDirectory(prefix="dapple-")
         try:
-            self._begin(context)
+            self._begin(context, Path(self._folder.name) if self.previews else None)
         except DappleError as error:
+            self._folder.cleanup()
             return self._fail(error)
         manager = context.window_manager
         self._timer = manager.event_timer_add(0.01, window=context.window)
@@ -99,7 +110,13 @@ class _Bake:
 
     def _step(self, context):
         try:
-            self._take(next(self._steps))
+            step = next(self._steps)
+            if isinstance(step, Preview):
+                self._rough = True
+                refresh(self._request.receivers, step.folder)
+                context.workspace.status_text_set("Dapple: a first picture is shown, a better one comes. Esc stops")
+                return {"RUNNING_MODAL"}
+            self._take(step)
         except StopIteration:
             self.cancel(context)
             return self._finish()
@@ -122,6 +139,10 @@ class _Bake:
         context.window_manager.event_timer_remove(self._timer)
         context.window_manager.progress_end()
         context.workspace.status_text_set(None)
+        if self._rough:
+            with contextlib.suppress(DappleError):  # there may be no better maps to go back to
+                refresh(self._request.receivers, self._request.out)
+        self._folder.cleanup()
 
     def _take(self, progress):
         self._last = progress
@@ -151,6 +172,7 @@ class DAPPLE_OT_bake_frame(_Bake, bpy.types.Operator):
 
     bl_idname = "dapple.bake_frame"
     bl_label = "Bake Frame"
+    previews = True
 
     def request(self, scene):
         return request_from_scene(scene, frames=(scene.frame_current,))

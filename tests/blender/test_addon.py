@@ -10,6 +10,7 @@ bpy = pytest.importorskip("bpy")
 
 import dapple  # noqa: E402
 from dapple.operators import ops_attach, ops_bake  # noqa: E402
+from dapple.operators.bake import Preview  # noqa: E402
 from dapple.operators.errors import DappleError  # noqa: E402
 
 CLASSES = (
@@ -186,8 +187,10 @@ class Progress:
 def fake_bake(log, fails_at=None):
     """A stand-in for the bake that writes down what happens to it."""
 
-    def bake(_context, request):
+    def bake(_context, request, previews=None):
         try:
+            if previews:
+                yield Preview(request.frames[0], previews)
             for done, frame in enumerate(request.frames, 1):
                 if frame == fails_at:
                     raise DappleError("Object 'Water' is empty.")
@@ -292,6 +295,30 @@ def test_the_window_bakes_one_frame_a_tick(monkeypatch):
     assert context.window_manager.shown == pytest.approx([1 / 3, 2 / 3, 1])
     assert context.window_manager.on == set()
     assert button.reports == [("INFO", "Frame 4."), ("WARNING", "The water is a lake.")]
+
+
+def test_a_first_picture_shows_from_a_folder_of_its_own_that_goes_again(monkeypatch):
+    monkeypatch.setattr(Button, "previews", True)
+    button, context, log = press(monkeypatch)
+    button.modal(context, event("TIMER"))
+    ((names, folder),) = log
+    assert names == ("Floor",)
+    assert folder.is_dir()
+    assert context.window_manager.shown == []
+    button.modal(context, event("TIMER"))
+    assert button.modal(context, event("ESC")) == {"CANCELLED"}
+    assert log[1:3] == [2, "closed"]
+    assert log[-1] == (("Floor",), "maps")
+    assert not folder.exists()
+
+
+def test_escape_after_the_first_picture_goes_back_to_the_maps(monkeypatch):
+    monkeypatch.setattr(Button, "previews", True)
+    button, context, log = press(monkeypatch)
+    button.modal(context, event("TIMER"))
+    assert button.modal(context, event("ESC")) == {"CANCELLED"}
+    assert log[1:] == ["closed", (("Floor",), "maps")]
+    assert context.window_manager.on == set()
 
 
 def test_escape_before_the_first_frame_changes_nothing(monkeypatch):

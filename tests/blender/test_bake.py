@@ -225,6 +225,31 @@ def test_water_that_lights_nothing_is_said(empty_scene, out):
     assert any("No light by way of water" in warning for warning in record(out)["frames"]["1"]["warnings"])
 
 
+def test_rough_pictures_come_first_and_change_nothing(empty_scene, out, tmp_path):
+    build_pool(empty_scene, out)
+    run(empty_scene, frames=(1,))
+    alone = read_exr(out / "Floor/caustics_0001.exr")
+    request = replace(request_from_scene(empty_scene), frames=(1,))
+    steps = bake(bpy.context, request, tmp_path / "rough")
+    (out / "Floor/caustics_0001.exr").unlink()
+    assert next(steps).folder == tmp_path / "rough"
+    assert files_in(tmp_path / "rough") == ["Floor/caustics_0001.exr"]
+    assert files_in(out) == ["bake.json"], "the maps are for whole frames only"
+    *_, last = steps
+    assert (last.frame, last.done) == (1, 1)
+    np.testing.assert_array_equal(read_exr(out / "Floor/caustics_0001.exr"), alone)
+
+
+def test_frames_in_which_nothing_moves_are_told_and_equal(empty_scene, out):
+    build_pool(empty_scene, out)
+    bpy.data.objects["Water"].animation_data_clear()
+    run(empty_scene)
+    first, second = (record(out)["frames"][n] for n in "12")
+    assert "nothing has changed" in second["reason"]
+    assert first["flux_received"] == second["flux_received"]
+    assert (out / "Floor/caustics_0001.exr").read_bytes() == (out / "Floor/caustics_0002.exr").read_bytes()
+
+
 def test_light_that_falls_on_backs_is_said(empty_scene, out):
     build_pool(empty_scene, out)
     bpy.data.objects["Floor"].rotation_euler.x = math.pi

@@ -1,0 +1,46 @@
+"""What the frames of one bake share, so that none of it is made twice."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..kernels.sequence import Sequence
+from .errors import DappleError
+from .mesh_arrays import TopologyCache
+
+
+class Shared:
+    """What the frames of one bake share."""
+
+    def __init__(self, settings):
+        # Only a bake needs embreex: without this, Blender would load it at every start.
+        from ..kernels import methods
+
+        self.topology, self.texels = TopologyCache(), _TexelCache(settings)
+        self.sequence = Sequence(methods.solve, settings)
+
+
+class _TexelCache:
+    """Texels of each receiver, made anew only where its mesh or UVs changed since the frame before."""
+
+    def __init__(self, settings):
+        self._settings = settings
+        self._known = {}
+
+    def of(self, receiver):
+        """The Texels of a Receiver; raises DappleError for UVs that cannot carry a lightmap."""
+        from ..kernels.maps.texels import UVError, rasterise
+
+        before, texels = self._known.get(receiver.name, (None, None))
+        if before is None or not _same(before, receiver):
+            try:
+                texels = rasterise(receiver, self._settings.resolution, self._settings.padding)
+            except UVError as error:
+                raise DappleError(f"Receiver '{receiver.name}' cannot take a lightmap: {error}.") from error
+            self._known[receiver.name] = (receiver, texels)
+        return texels
+
+
+def _same(one, other):
+    """Whether two Receivers are equal in every number."""
+    return all(np.array_equal(getattr(one, key), getattr(other, key)) for key in ("positions", "triangles", "uvs"))

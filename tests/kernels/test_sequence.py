@@ -1,0 +1,119 @@
+"""Frames one after the other: what has not changed is not solved again, and rough pictures change nothing."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from waves import five_sines, floor, pool, quad, sun, water
+
+from dapple.kernels import methods
+from dapple.kernels.maps.texels import rasterise
+from dapple.kernels.scene import Occluder, Settings
+from dapple.kernels.sequence import Sequence
+
+
+class Counted:
+    """`methods.solve`, and how often it was asked."""
+
+    def __init__(self):
+        self.tolerances = []
+
+    def __call__(self, scene, texels, settings, reconstruction=None):
+        self.tolerances.append(settings.tolerance)
+        return methods.solve(scene, texels, settings, reconstruction)
+
+
+def scene(quads=24):
+    raft = floor(side=0.5, z=0.7)
+    return pool(quads=quads, occluders=[Occluder("Raft", raft.positions, raft.triangles)])
+
+
+def texels(of):
+    return tuple(rasterise(r, 32) for r in of.receivers)
+
+
+def test_a_scene_that_stays_is_solved_once_and_bit_for_bit_the_same():
+    solve = Counted()
+    sequence, known = Sequence(solve, Settings()), texels(scene())
+    first, second = (sequence.solve(k, scene(), known) for k in (1, 2))  # equal arrays, not the same ones
+    assert len(solve.tolerances) == 1
+    assert (first.images[0] == second.images[0]).all()
+    np.testing.assert_array_equal(first.diagnostics.flux_in, second.diagnostics.flux_in)
+    assert "nothing has changed" in second.diagnostics.reason
+    again = methods.solve(scene(), known, Settings())
+    assert (again.images[0] == second.images[0]).all()
+
+
+def lifted(thing):
+    return replace(thing, positions=thing.positions + np.array([0, 0, 1e-9]))
+
+
+CHANGES = {
+    "water": lambda s: replace(s, water=lifted(s.water)),
+    "normals": lambda s: replace(s, water=replace(s.water, normals=s.water.normals[:, [1, 0, 2]])),
+    "receiver": lambda s: replace(s, receivers=(lifted(s.receivers[0]),)),
+    "occluder": lambda s: replace(s, occluders=(lifted(s.occluders[0]),)),
+    "fewer": lambda s: replace(s, occluders=()),
+    "light": lambda s: replace(s, lights=(sun((0.25, 0.1, -1.0), (1.0, 1.0, 0.9)),)),
+    "eta": lambda s: replace(s, eta=1.34),
+    "sigma_a": lambda s: replace(s, sigma_a=np.array([0.1, 0.0, 0.0])),
+}
+
+
+@pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
+def test_whatever_changes_is_solved_again(change):
+    solve = Counted()
+    sequence, known = Sequence(solve, Settings(tolerance=0.1)), texels(scene(8))
+    sequence.solve(1, scene(8), known)
+    sequence.solve(2, change(scene(8)), known)
+    assert len(solve.tolerances) == 2
+
+
+def test_other_texels_are_solved_again():
+    solve = Counted()
+    sequence, one = Sequence(solve, Settings(tolerance=0.1)), scene(8)
+    sequence.solve(1, one, texels(one))
+    sequence.solve(2, one, (rasterise(floor(), 16),))
+    assert len(solve.tolerances) == 2
+
+
+@pytest.mark.parametrize("settings", [Settings(tolerance=1e-3), Settings(tolerance=0.1, reuse=0.5)])
+def test_rough_pictures_come_first_and_leave_the_last_bit_for_bit_alone(settings):
+    """Over two frames, so that what the sequence keeps between them is seen too."""
+    solve, known = Counted(), texels(scene())
+    passes, plain = Sequence(solve, settings), Sequence(methods.solve, settings)
+    for number in (1, 2):
+        one = replace(scene(), water=water(lambda x, y, by=number: five_sines(x, y, by / 2), 24))
+        solve.tolerances.clear()
+        rough = list(passes.rough(one, known))
+        last, expected = passes.solve(number, one, known), plain.solve(number, one, known)
+        assert (last.images[0] == expected.images[0]).all()
+        assert len(rough) >= 1
+        assert all(a > b for a, b in zip(solve.tolerances, solve.tolerances[1:], strict=False))
+        for picture in rough:
+            assert picture.images[0].mean() == pytest.approx(expected.images[0].mean(), rel=0.5)
+    assert list(passes.rough(one, known)) == [], "it is known"
+
+
+def test_light_is_kept_from_the_frame_before_only():
+    settings = Settings(tolerance=0.1, reuse=0.5, surface="mesh")
+    calm, rough = scene(8), replace(scene(8), water=water(lambda x, y: five_sines(x, y, 2.0), 8))
+    known = texels(calm)
+    own = methods.solve(rough, known, settings).images[0]
+    for number, mixed in ((2, True), (3, False)):
+        sequence = Sequence(methods.solve, settings)
+        before = sequence.solve(1, calm, known).images[0]
+        image = sequence.solve(number, rough, known).images[0]
+        np.testing.assert_allclose(image, (before + own) / 2 if mixed else own, rtol=1e-12)
+
+
+def test_two_receivers_keep_their_own():
+    left, right = (
+        quad(name, [[x, -2, 0], [x + 2, -2, 0], [x + 2, 2, 0], [x, 2, 0]]) for name, x in (("Left", -2), ("Right", 0))
+    )
+    one = pool(quads=8, receivers=[left, right])
+    sequence, known = Sequence(methods.solve, Settings(tolerance=0.1, reuse=0.5)), texels(one)
+    first = sequence.solve(1, one, known)
+    second = sequence.solve(2, one, known)
+    for a, b in zip(first.images, second.images, strict=True):
+        np.testing.assert_allclose(a, b, rtol=1e-12)
