@@ -23,7 +23,8 @@ from .wide import blur_wide
 # all waves for each, _MEAN_ERROR.
 _GRID_ERROR, _CHANGE, _RIM_ERROR, _MOST_RIM, _MEAN_ERROR = 1.1e-2, 0.07, 0.09, 0.05, 1.5e-4
 _GRAIN = 4  # cells along a texel, at most
-_VARIED = 2.0  # variance of a map over its squared mean, for the choice of the grid
+_VARIED = 3.2  # variance of a map over its squared mean, for the choice of the grid: 0.3 to that was seen
+_SHARE = 0.7  # of the tolerance, at most: finer cells cost more than beams that are split further
 _LEAST = 0.1  # texels: smaller ellipses change nothing
 _WIDE = 5.0  # texels: where transforms are quicker, and what crosses a border is no small part of a chart
 _GOLDEN = (np.sqrt(5) - 1) / 2
@@ -32,12 +33,13 @@ _GOLDEN = (np.sqrt(5) - 1) / 2
 class Disc:
     """What the disc of half angle `radius` [rad] does to the maps of receivers under a LitWater.
 
-    texels: Texels of the receivers; eta: of the water; tolerance: relative mean squared error that is good enough.
-    `seen` tells whether it does anything; `grain` is the number of cells along a texel that `blur` needs.
+    texels: Texels of the receivers; eta: of the water; tolerance: relative mean squared error that is good enough, of
+    which `left` is for what is to be blurred. `seen` tells whether it does anything; `grain` is the number of cells
+    along a texel that `blur` needs.
     """
 
     def __init__(self, lit, receivers, texels, eta, radius, tolerance):
-        self.grain, self._texels = 1, texels
+        self.grain, self.left, self._texels = 1, tolerance, texels
         self.seen = radius > 0 and lit.area.any()
         if not self.seen:
             return
@@ -49,8 +51,10 @@ class Disc:
         counts = [m.shape[1] for m in self._moments]
         for self.grain in range(1, _GRAIN + 1):
             self._errors = [_error(*of, self.grain) for of in zip(sizes, counts, strict=True)]
-            if _VARIED * np.average(self._errors, weights=counts) <= tolerance:
+            own = _VARIED * np.average(self._errors, weights=counts)
+            if own <= _SHARE * tolerance:
                 break
+        self.left = max(tolerance - own, (1 - _SHARE) * tolerance)
 
     def doubt(self, light):
         """Relative mean squared error that `blur` leaves on texels with irradiance `light` (K,), blurred."""

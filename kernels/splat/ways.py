@@ -69,7 +69,8 @@ class Lit:
         mean = min(self.water.light() / area, 1.0)  # if all light arrives, or as much as the source's power
         square = count * mean**2
         sight = float(np.clip(np.sqrt(self._tolerance / _THIN), *_SIGHT))
-        work = [splat(*w.start(), sheet, texel_area, self._tolerance * square, sight) for w in self._ways]
+        each = self.disc.left * square / len(self._ways)
+        work = [splat(*w.start(), sheet, texel_area, each, sight) for w in self._ways]
         lost, met, errors = zip(*work, strict=True)
         flux = sheet.flux()
         beside = sheet.landed - flux.sum(1)
