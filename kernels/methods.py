@@ -68,13 +68,16 @@ def _as_cycles(answer, scene, settings):
 
 
 def _near_origin(scene, texels):
-    """The same scene and Texels with the water's middle, or the casters' where there is none, at the origin: far away,
-    few digits are left for the waves."""
+    """The same scene and Texels with the water's middle, or the casters' where there is none, at the origin, unless they
+    are near to it: far away, few digits are left for the waves."""
     meshes = (scene.water,) if len(scene.water.positions) else scene.casters
     positions = np.concatenate([np.zeros((0, 3)), *(mesh.positions for mesh in meshes)])
     if not len(positions):
         return scene, texels
-    middle = (positions.min(0) + positions.max(0)) / 2
+    low, high = positions.min(0), positions.max(0)
+    middle = (low + high) / 2
+    if np.abs(middle).max() <= (high - low).max():
+        return scene, texels
 
     def moved(thing):
         return replace(thing, positions=thing.positions - middle)

@@ -102,8 +102,9 @@ class _Work:
         straddling, order = straddlers(chart)
         cut = _POINT if self.grazing else _CUT  # what passes falls steeply towards the back of a normal
         at = np.flatnonzero(straddling & ~same & (size < cut))
-        done = self._cut(nodes, np.take_along_axis(six[:, at], order[:, at], axis=0), area[at], shade[at])
-        whole[at[done]] = True
+        if len(at):
+            done = self._cut(nodes, np.take_along_axis(six[:, at], order[:, at], axis=0), area[at], shade[at])
+            whole[at[done]] = True
         small = ~whole & (last | (np.sqrt(2 * area / self.finest) * np.take(nodes.spread, six).max(0) < _POINT))
         at = np.flatnonzero(same & (whole | small))
         self.error += error[at].sum()

@@ -68,7 +68,7 @@ def _over_water(scene, texels, settings):
 def _by_beams(lights, texels, settings, work):
     """Irradiance (K,3) by beams; books what comes in and what is lost."""
     area = np.concatenate([t.area for t in texels])
-    flux = np.zeros((len(area), 3))
+    flux = np.zeros((3, len(area))).T  # a row in memory per channel
     errors = [0.0]
     for lit in lights:
         owned, lost, met, error = lit.spread()
