@@ -68,8 +68,8 @@ def _as_cycles(answer, scene, settings):
 
 
 def _near_origin(scene, texels):
-    """The same scene and Texels with the water's middle, or the casters' where there is none, at the origin, unless they
-    are near to it: far away, few digits are left for the waves."""
+    """The same scene and Texels with the water's middle, or the casters' where there is none, at the origin, unless
+    they are near to it: far away, few digits are left for the waves."""
     meshes = (scene.water,) if len(scene.water.positions) else scene.casters
     positions = np.concatenate([np.zeros((0, 3)), *(mesh.positions for mesh in meshes)])
     if not len(positions):

@@ -16,7 +16,8 @@ from .border import cut, straddlers
 from .lander import DARK, LOST, UNLIT
 from .mesh_nodes import MeshNodes
 
-_CUT = 1.0  # texels: parts smaller than this that straddle one border are cut there
+_CUT = 2.0  # texels on the receiver: parts smaller than this that straddle one border are cut there
+_STRAIGHT = 0.05  # texels: how far the edges of larger parts than a texel may bend for that
 _POINT = 0.25  # texels: parts smaller than this that straddle more land point by point
 _DEPTH = 14  # splits at most
 _ERROR = 2.0  # of the predicted error: measured on pools of many waves and meshes, 0.3 to 1.5 times that
@@ -99,11 +100,9 @@ class _Work:
         error = self._predict(bent, chart[0], x[:3], y[:3], area, self._light(nodes, six))
         size = self._size(nodes, six, area)
         whole = self._ready(chart[0], error, size, clear)
-        straddling, order = straddlers(chart)
-        cut = _POINT if self.grazing else _CUT  # what passes falls steeply towards the back of a normal
-        at = np.flatnonzero(straddling & ~same & (size < cut))
+        at, ordered = self._to_cut(nodes, six, chart, area, size, clear)
         if len(at):
-            done = self._cut(nodes, np.take_along_axis(six[:, at], order[:, at], axis=0), area[at], shade[at])
+            done = self._cut(nodes, ordered, area[at], shade[at], size[at])
             whole[at[done]] = True
         small = ~whole & (last | (np.sqrt(2 * area / self.finest) * np.take(nodes.spread, six).max(0) < _POINT))
         at = np.flatnonzero(same & (whole | small))
@@ -113,6 +112,25 @@ class _Work:
         at = np.flatnonzero(small & ~same)
         self._points(nodes.take(six[:, at].ravel()), np.tile(area[at] / 6, 6))
         return np.flatnonzero(~(whole | small))
+
+    def _to_cut(self, nodes, six, chart, area, size, clear):
+        """Which triangles six (6,n), on charts (6,n), of area (n,) and sizes (n,) [texel], to cut at the border
+        that they straddle, and their nodes (6,k), lone corner first.
+
+        Those that are larger than a texel only where the edge beyond the border lands as straight as the cut is, and
+        where nothing else can hide, see `_ready`.
+        """
+        straddling, order = straddlers(chart)
+        wide = np.sqrt(2 * area / self.finest) * np.take(nodes.spread, six).max(0)
+        fit = (size < 1) | ((wide < _CUT) & (clear | (size < self.sight)))
+        if self.grazing:
+            fit &= size < _POINT  # what passes falls steeply towards the back of a normal
+        at = np.flatnonzero(straddling & fit)
+        ordered = np.take_along_axis(six[:, at], order[:, at], axis=0)
+        x, y = (np.take(v, ordered[[1, 2, 4]]) for v in (nodes.x, nodes.y))
+        off = np.maximum(*(np.abs(v[2] - (v[0] + v[1]) / 2) for v in (x, y)))
+        kept = np.flatnonzero((size[at] < 1) | (off < _STRAIGHT))
+        return at[kept], ordered[:, kept]
 
     def _light(self, nodes, six):
         """Mean and range (n,) over beams six (6,n) of what passes the water, where it is uneven; else 1 and 0."""
@@ -198,9 +216,9 @@ class _Work:
         self.met += met.sum()
         return flux
 
-    def _cut(self, nodes, six, area, shade):
+    def _cut(self, nodes, six, area, shade, size):
         """Cut triangles six (6,n), lone corner first, at their border; returns whether (n,) that could be done."""
-        ((s, near_s, far_s), (t, near_t, far_t)), sound = cut(self.lander, nodes, six, shade)
+        ((s, near_s, far_s), (t, near_t, far_t)), sound = cut(self.lander, nodes, six, shade, size)
         lone, second, third = (nodes.take(six[k]) for k in range(3))
         pieces = (
             ((lone, near_s, near_t), s * t),

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-_STEPS = 8  # bisections: the border is found to 1 / 2^8 of an edge
-_SAG = 0.05  # of the way from the middle of the cut to the corners: how far it may be off
+_STEPS = 8  # bisections, of edges a texel long or less: the border is found to 1 / 2^8 texel
+_SAG = 0.05  # texels: how far off the cut may be; of parts smaller than a texel, of their size
 
 # Per lone corner: the six nodes (corners 0-2, middles 3-5 of the edges from them) in the order that puts it first.
 _TURNS = np.array([[0, 1, 2, 3, 4, 5], [1, 2, 0, 4, 5, 3], [2, 0, 1, 5, 3, 4]]).T
@@ -27,34 +27,34 @@ def straddlers(chart):
     return two, order
 
 
-def cut(lander, nodes, six, shade):
-    """Where the border crosses both edges from the lone corner, six[0], of triangles six (6,n), see `straddlers`.
+def cut(lander, nodes, six, shade, size):
+    """Where the border crosses both edges from the lone corner, six[0], of triangles six (6,n), see `straddlers`;
+    size (n,) [texel]: how large they are.
 
     Returns, for the edges to the second and third corner, the share (n,) of the edge on the lone corner's side, and the
     Nodes just before and just behind the border; and (n,) whether only the two sides were met.
     """
     count = six.shape[1]
-    sound = np.ones(count, bool)
-    crossings = []
-    for corner in (1, 2):
-        near, far = nodes.take(six[0]), nodes.take(six[corner])
-        one, other = near.chart, far.chart
-        low, high = np.zeros(count), np.ones(count)
-        m0, dm, n0, dn = near.m, far.m - near.m, near.n, far.n - near.n
-        for _ in range(_STEPS):
-            middle = (low + high) / 2
-            found = lander.land(m0 + middle * dm, n0 + middle * dn, shade)
-            before = found.chart == one
-            sound &= before | (found.chart == other)
-            low, high = np.where(before, middle, low), np.where(before, high, middle)
-            near, far = near.where(before, found), far.where(~before, found)
-        crossings.append(((low + high) / 2, near, far))
-    return crossings, sound & _straight(lander, nodes, six, shade, crossings)
+    near, far = nodes.take(np.tile(six[0], 2)), nodes.take(six[1:3].ravel())  # both edges at once
+    one, other = near.chart, far.chart
+    low, high, sound = np.zeros(2 * count), np.ones(2 * count), np.ones(2 * count, bool)
+    m0, dm, n0, dn = near.m, far.m - near.m, near.n, far.n - near.n
+    for _ in range(_STEPS + int(np.ceil(np.log2(size.max(initial=1.0))))):
+        middle = (low + high) / 2
+        found = lander.land(m0 + middle * dm, n0 + middle * dn, np.tile(shade, 2))
+        before = found.chart == one
+        sound &= before | (found.chart == other)
+        low, high = np.where(before, middle, low), np.where(before, high, middle)
+        near, far = near.where(before, found), far.where(~before, found)
+    share = (low + high) / 2
+    crossings = [(share[k], near.take(k), far.take(k)) for k in (slice(0, count), slice(count, None))]
+    sag = _SAG / np.maximum(size, 1.0)
+    return crossings, sound.reshape(2, -1).all(0) & _straight(lander, nodes, six, shade, sag, crossings)
 
 
-def _straight(lander, nodes, six, shade, crossings):
+def _straight(lander, nodes, six, shade, sag, crossings):
     """Whether (n,) the border between the crossings of both edges is as straight as it is taken to be: halfway, a point
-    a little nearer to the lone corner lies on its side, one a little farther on the other."""
+    `sag` (n,) of the way to the lone corner lies on its side, one as far to the others on theirs."""
     (_, near_s, far_s), (_, near_t, far_t) = crossings
     one, other = near_s.chart, far_s.chart
     straight = np.ones(len(one), bool)
@@ -63,6 +63,6 @@ def _straight(lander, nodes, six, shade, crossings):
         for name in ("m", "n"):
             middle = (getattr(ends[0], name) + getattr(ends[1], name)) / 2
             corner = sum(np.take(getattr(nodes, name), c, axis=1) for c in corners) / len(corners)
-            point.append(middle + _SAG * (corner - middle))
+            point.append(middle + sag * (corner - middle))
         straight &= lander.land(*point, shade).chart == side
     return straight

@@ -46,6 +46,8 @@ class Nodes:
     carried: np.ndarray
 
     def take(self, index):
+        if isinstance(index, slice):
+            return Nodes(*(a[..., index] for a in vars(self).values()))
         return Nodes(*(np.take(a, index, axis=-1) for a in vars(self).values()))
 
     def where(self, chosen, other):
