@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from .border import cut, straddlers
-from .lander import DARK, LOST, UNLIT
+from .lander import DARK, LOST, OTHER, UNLIT
 from .mesh_nodes import MeshNodes
 
 _CUT = 2.0  # texels on the receiver: parts smaller than this that straddle one border are cut there
@@ -40,7 +40,7 @@ def splat(lit, edges, lander, shadowed, sheet, texel_area, tolerance, sight):
     mesh = MeshNodes(lit, edges, lander, shadowed)
     large = (2 * lit.area >= sight**2 * work.finest) | work.rows.varies
     clear = mesh.clear(lander, shadowed, large)
-    work.grazing = bool((work.rows.passed(mesh.carried) == 0).any()) and not work.rows.varies
+    work.grazing = lander.grazing or (bool((work.rows.passed(mesh.carried) == 0).any()) and not work.rows.varies)
     work.uneven |= work.grazing
     rest = work.settle_mesh(mesh, lit.area, clear)
     (nodes, six), area, shade, clear = mesh.part(rest), lit.area[rest], shadowed[rest], clear[rest]
@@ -196,11 +196,13 @@ class _Work:
         landed = np.flatnonzero(nodes.chart >= 0)
         self.sheet.add_points(nodes.chart[landed], nodes.x[landed], nodes.y[landed], flux[:, landed])
 
-    def _book(self, nodes, corner, area):
-        """Flux (C,n) that arrives of beams of area (n,) through nodes corner (k,n); books what meets the water, what is
-        reflected and absorbed of it, and what lands on no chart."""
-        chart = np.take(nodes.chart, corner[0])
-        carried = area * sum(np.take(nodes.carried, c, axis=1) for c in corner) / len(corner)
+    def _book(self, nodes, corner, area, chart=None):
+        """Flux (C,n) that arrives of beams of area (n,) through nodes corner (k,n), on the chart (n,) of their first ones
+        unless it is given; books what meets the water, what is reflected and absorbed, and what lands on no chart."""
+        chart = np.take(nodes.chart, corner[0]) if chart is None else chart
+        carried = (
+            np.where(chart == OTHER, 0.0, area) * sum(np.take(nodes.carried, c, axis=1) for c in corner) / len(corner)
+        )
         met, passed, flux = self.rows.met(carried, area), self.rows.passed(carried), self.rows.arriving(carried)
         for code, cause in LOST.items():
             of_it = np.flatnonzero(chart == code)
@@ -219,17 +221,28 @@ class _Work:
     def _cut(self, nodes, six, area, shade, size):
         """Cut triangles six (6,n), lone corner first, at their border; returns whether (n,) that could be done."""
         ((s, near_s, far_s), (t, near_t, far_t)), sound = cut(self.lander, nodes, six, shade, size)
-        lone, second, third = (nodes.take(six[k]) for k in range(3))
+        alone, one, other = (nodes.take(six[k]) for k in range(3))
         pieces = (
-            ((lone, near_s, near_t), s * t),
-            ((far_s, second, third), 1 - s),
-            ((far_s, third, far_t), s * (1 - t)),
+            ((alone, near_s, near_t), s * t),
+            ((far_s, one, other), 1 - s),
+            ((far_s, other, far_t), s * (1 - t)),
         )
         take = np.flatnonzero(sound)
         for corners, share in pieces:
-            first, *others = (c.take(take) for c in corners)
-            self._spread(first.join(others[0]).join(others[1]), (area * share)[take])
+            first, second, third = (c.take(take) for c in corners)
+            own = (area * share)[take]
+            flux = self._through_middles((first, second, third), own, shade[take]) if self.grazing else None
+            self._spread(first.join(second).join(third), own, flux)
         return sound
+
+    def _through_middles(self, corners, area, shade):
+        """As `_book`, of parts of area (n,) with three Nodes corners, through the middles of their edges."""
+        m, n = (
+            np.concatenate([(getattr(corners[k], v) + getattr(corners[k - 1], v)) / 2 for k in range(3)], 1)
+            for v in "mn"
+        )
+        middles = self.lander.land(m, n, np.tile(shade, 3))
+        return self._book(middles, np.arange(3 * len(area)).reshape(3, -1), area, corners[0].chart)
 
 
 def _cut_off(error, most):

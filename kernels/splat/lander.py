@@ -18,6 +18,7 @@ from .photons import bend, bounce
 from .silhouettes import lines
 
 MISSED, OCCLUDED, SHADOWED, UNLIT, SHADED, TRAPPED, BACK = -1, -2, -3, -4, -5, -6, -7
+CULLED, OTHER = -8, -9
 LOST = {
     MISSED: "missed",
     OCCLUDED: "occluded",
@@ -25,6 +26,7 @@ LOST = {
     SHADED: "shadowed_by_water",
     TRAPPED: "trapped",
     BACK: "back",
+    CULLED: "culled",
 }
 DARK = SHADOWED, SHADED  # no light comes to the water
 _SPREAD = 16.0  # area on the receiver per area of the beam, at most: light along a wall has no limit
@@ -33,9 +35,9 @@ _SPREAD = 16.0  # area on the receiver per area of the beam, at most: light alon
 @dataclass
 class Nodes:
     """Points of the water and where their rays land: m, n (3,k) position and normal, interpolated, not unit; chart
-    (k,) by number, or MISSED, OCCLUDED, SHADOWED, UNLIT off a sharp cone, BACK of a receiver's triangle; x, y (k,)
-    texel coordinates; spread (k,) length on the receiver per length of the beam, at most; carried (R,k) by the lander's
-    `rows`."""
+    (k,) by number, or MISSED, OCCLUDED, SHADOWED, UNLIT off a sharp cone, BACK of a receiver's triangle, CULLED by a
+    volume, or OTHER where the light is not this lander's; x, y (k,) texel coordinates; spread (k,) length on the
+    receiver per length of the beam, at most; carried (R,k) by the lander's `rows`."""
 
     m: np.ndarray
     n: np.ndarray
@@ -66,10 +68,11 @@ class Lander:
 
     receivers of a Scene and their Texels; tracer: a Tracer over the receivers, in their order, and all that occludes;
     source: see `sources.py`; eta and sigma_a (3,) of the water; mirrored: reflect, do not refract. Charts are numbered
-    through all receivers; image (charts,) is the receiver that each belongs to. rows: what rays carry.
+    through all receivers; image (charts,) is the receiver that each belongs to. rows: what rays carry; grazing: light
+    is known to fall or rise steeply towards its borders.
     """
 
-    certain = False
+    certain, grazing = False, False
 
     def __init__(self, receivers, texels, tracer, outlines, meetings, source, eta, sigma_a, mirrored=False):
         maps = [texel_maps(r, t.resolution) for r, t in zip(receivers, texels, strict=True)]

@@ -46,7 +46,7 @@ def solve(scene, texels, settings):
         work.left_out.append(_BACKS)
     work.seconds["prepare"] = time.perf_counter() - start
     start = time.perf_counter()
-    if settings.points or scene.casters:
+    if settings.points:
         irradiance = until_good(lights, texels, settings, work).mean(0)
     else:
         irradiance = _by_beams(lights, texels, settings, work)

@@ -37,7 +37,7 @@ class PlaneLander:
     or a Point; eta and sigma_a (3,) of the water.
     """
 
-    certain, again = True, 0
+    certain, grazing, again = True, False, 0
 
     def __init__(self, plane, chart, source, eta, sigma_a):
         self.image = np.zeros(chart.max(initial=0) + 1, np.int64)

@@ -2,19 +2,35 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ..optics import dot
-from ..splat.lander import texel_maps
+from ..splat.lander import BACK, texel_maps
+
+
+@dataclass
+class Landed:
+    """Rays on receivers: photon and path (k,), see `follow.Rays`; chart (k,), or BACK of a triangle; x, y (k,) texel
+    coordinates; colour (C,k) of what arrives; way (k,) [m] all the way there."""
+
+    photon: np.ndarray
+    path: np.ndarray
+    chart: np.ndarray
+    x: np.ndarray
+    y: np.ndarray
+    colour: np.ndarray
+    way: np.ndarray
 
 
 class Arrivals:
-    """Receivers of a Scene with their Texels, all of one resolution.
+    """Receivers of a Scene with their Texels, all of one resolution, among Surfaces.
 
     Charts are numbered through all receivers; image (charts,) is the receiver that each belongs to.
     """
 
-    def __init__(self, receivers, texels):
+    def __init__(self, receivers, texels, surfaces):
         maps = [texel_maps(r, t.resolution) for r, t in zip(receivers, texels, strict=True)]
         self._maps = np.concatenate([np.zeros((0, 3, 4)), *maps]).reshape(-1, 12).T.copy()
         counts = [t.chart.max(initial=-1) + 1 for t in texels]
@@ -22,15 +38,19 @@ class Arrivals:
         self._charts = np.concatenate([np.zeros(0, np.int64), *(t.chart + b for t, b in zip(texels, bases))])
         self.image = np.repeat(np.arange(len(texels)), counts)
         self.side = max((t.resolution for t in texels), default=0)
+        self._surfaces = surfaces
 
-    def at(self, triangle, origin, direction):
-        """Chart (k,), texel coordinates x, y (k,) in [0, side], distance (k,) [m] and cosine (k,) of incidence where
-        rays meet triangles (k,) of receivers."""
+    def of(self, rays, end):
+        """The Landed of those Rays that end (k,) on triangles of receivers."""
+        at = np.flatnonzero((end >= 0) & (end < self._surfaces.receiving))
+        rays, triangle = rays.take(at), end[at]
         height, x, y = (np.take(self._maps[4 * k : 4 * k + 4], triangle, axis=1) for k in range(3))
-        fall = dot(height, direction)
+        fall = dot(height, rays.direction)
         with np.errstate(divide="ignore", invalid="ignore"):  # a surface exactly along the ray
-            distance = -(dot(height, origin) + height[3]) / fall
+            distance = -(dot(height, rays.origin) + height[3]) / fall
         distance = np.where(np.isfinite(distance), np.maximum(distance, 0), 0.0)
-        point = origin + distance * direction
+        point = rays.origin + distance * rays.direction
         x, y = (np.clip(dot(v, point) + v[3], 0, self.side) for v in (x, y))
-        return np.take(self._charts, triangle), x, y, distance, np.abs(fall)
+        colour = self._surfaces.dimmed(rays.colour, rays.medium(), distance)
+        chart = np.where(fall < 0, np.take(self._charts, triangle), BACK)
+        return Landed(rays.photon, rays.path, chart, x, y, colour, rays.way + distance)

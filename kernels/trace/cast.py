@@ -1,6 +1,8 @@
 """One light and the casters in it: points that set out on its entry cells, or beams, and the books of what they bring.
 
-Flux counts as having come in where it meets its first caster; light that meets none is not this module's.
+Flux counts as having come in where it meets its first caster; light that meets none is not this module's. For beams a
+few points look first where the light goes. Codes whose points would leave little noise are landed by these points; each
+of the others has beams of its own, from the cells where the points found its light, and those round them.
 """
 
 from __future__ import annotations
@@ -9,18 +11,26 @@ import numpy as np
 
 from ..rays import MISS
 from ..scene import Sun
+from ..splat.beams import splat
+from ..splat.edges import Edges
+from ..splat.lander import BACK, LOST
 from ..splat.landing import Bins
+from ..splat.sheet import Sheet
 from .arrivals import Arrivals
+from .code_lander import CodeLander
 from .entry import Entry, points
 from .follow import BLOCKED, CULLED, FAINT, TRAPPED, Follower, Rays
 from .surfaces import Surfaces
 from .volume import Box
 
 CAUSES = {MISS: "missed", TRAPPED: "trapped", FAINT: "faint", CULLED: "culled", BLOCKED: "occluded"}
-LOST = (*dict.fromkeys(CAUSES.values()), "absorbed")
-_CELLS = 128  # of the entry, along its longer side
+_LOST = (*dict.fromkeys(CAUSES.values()), "absorbed", LOST[BACK])
+_SIGHT = 2.0  # texels: how wide cells of the entry are
+_CELLS = 32, 256  # of the entry, along its longer side, at least and at most
 _FAINT = 1e-2  # of the tolerance: branches that carry less of a photon are not followed
-_PILOT = 2  # points a cell that look where light meets casters
+_PILOT = 2  # points along the side of a cell that look where light goes
+_NOISE = 0.25  # of the tolerance: for what the pilot's points land
+_ROUNDING = 1e-12
 
 
 def over_casters(scene, texels, settings):
@@ -35,22 +45,24 @@ def over_casters(scene, texels, settings):
 
 class Cast:
     """As `splat.ways.Lit`: one light of a Scene over its casters, on Texels; surfaces: of the scene; box: of its
-    volume, or None."""
+    volume, or None. arrivals, follower, channels: what its landers use."""
 
     def __init__(self, scene, light, texels, surfaces, box, settings):
-        self._surfaces, self._texels = surfaces, texels
+        self._surfaces, self._texels, self._settings = surfaces, texels, settings
         self._lamp = None if isinstance(light, Sun) else np.asarray(light.position, float)
-        self._arrivals = Arrivals(scene.receivers, texels)
-        self._follower = Follower(surfaces, settings.bounces, _FAINT * settings.tolerance, box)
+        self.channels, self.arrivals = len(surfaces.sigma_a), Arrivals(scene.receivers, texels, surfaces)
+        self.follower = Follower(surfaces, settings.bounces, _FAINT * settings.tolerance, box)
         soups = [c.positions[c.triangles] for c in scene.casters]
         if box is not None:
             soups = [soup[box.touches(soup)] for soup in soups]
-        wet = scene.water.positions[scene.water.triangles]
+        soup = np.concatenate([*soups, scene.water.positions[scene.water.triangles]])
         meshes = (*scene.receivers, *scene.occluders, *scene.casters, scene.water)
-        everything = np.concatenate([mesh.positions for mesh in meshes])
-        self._entry = Entry(light, np.concatenate([*soups, wet]), everything, _CELLS)
-        self.water, self._twins = self._entry.lit, self._entry.twins
-        self._bins = Bins(len(texels) * self._arrivals.side**2, LOST, len(surfaces.sigma_a))
+        self._texel_area = np.array([t.area.sum() / len(t.area) for t in texels])
+        wide = np.ptp(soup, axis=(0, 1)).max(initial=0) / (_SIGHT * np.sqrt(self._texel_area.min()))
+        cells = int(np.clip(wide, *_CELLS)) + 1
+        self._entry = Entry(light, soup, np.concatenate([mesh.positions for mesh in meshes]), cells)
+        self.water = self._entry.lit
+        self._bins = Bins(len(texels) * self.arrivals.side**2, _LOST, self.channels)
 
     def again(self):
         """How many rays met the water again, of those that met no caster: none is counted here."""
@@ -60,37 +72,107 @@ class Cast:
         """Flux [W] per owned texel (K,3), per cause of loss and in all (3,), by about `photons` points, and how many
         there were."""
         used = 0
-        for m, area in points(self.water, photons, rng):
-            self._add(m, area)
+        for _, m, area in points(self.water, photons, rng):
+            rays, met = self.start(m)
+            for ended, end in self.follower.ends(rays):
+                self._land(ended, end, np.take(area * met, ended.photon))
             used += len(area)
         return *self._own(*self._bins.take()), used
 
-    def _add(self, m, area):
-        """Follow points m (3,n) of the entry that stand for area (n,), and leave what they bring in the bins."""
-        rays, flux = self._start(m, area)
-        for ended, end in self._follower.ends(rays):
-            self._land(ended, end, np.take(flux, ended.photon))
+    def spread(self):
+        """As `throw`, by beams, and their predicted relative mean squared error."""
+        found = self._look()
+        square = self._mean(found) ** 2 * sum(len(t.area) for t in self._texels)
+        tolerance = self._settings.tolerance * square
+        weight, strong, error = self._weigh(found, _NOISE * tolerance)
+        sheet = Sheet(np.zeros(0, np.int64), len(self._texels), self.arrivals.side, self.channels)
+        books, met = [], 0.0
+        for word, share, cells in self._beamed(found, strong, weight):
+            lander = CodeLander(self, word)
+            sheet.image = lander.image
+            lit, twins = self._entry.part(self._entry.grown(self._entry.grown(cells)))
+            shadowed = np.zeros(len(lit.area), bool)
+            edges = Edges.of(lit.triangles, twins, True)
+            left = (1 - _NOISE) * tolerance * share
+            lost, came, wrong = splat(lit, edges, lander, shadowed, sheet, self._texel_area, left, _SIGHT)
+            books, met, error = [*books, lost], met + came, error + wrong
+        flux, lost, landed = self._bins.take()
+        beams = sheet.flux()
+        beside = sheet.landed - beams.sum(1)
+        lost["missed"] = lost["missed"] + np.where(beside > _ROUNDING * sheet.landed, beside, 0.0)
+        for book in books:
+            lost |= {cause: lost.get(cause, 0.0) + watts for cause, watts in book.items()}
+        return *self._own(flux + beams, lost, met + landed), error / square if square else 0.0
 
-    def _start(self, m, area):
-        """The Rays of points m (3,n) of the entry that stand for area (n,), and their flux (n,) over the power."""
+    def _look(self):
+        """What a few points find: (Rays, what they end on, their flux over the power, cells they set out on)."""
+        rng = np.random.default_rng(self._settings.seed)
+        found = []
+        for cell, m, area in points(self.water, _PILOT**2 * len(self.water.area) / 2, rng):
+            rays, met = self.start(m)
+            for ended, end in self.follower.ends(rays):
+                found.append((ended, end, np.take(area * met, ended.photon) * ended.share, cell[ended.photon]))
+        return found
+
+    def _mean(self, found):
+        """Mean irradiance over the power, of what arrives at receivers."""
+        arrived = sum((flux[_receives(end, self._surfaces)].sum() for _, end, flux, _ in found), 0.0)
+        return arrived / sum(t.area.sum() for t in self._texels)
+
+    def _weigh(self, found, most):
+        """{code: flux} on receivers; the codes for beams; and the squared error of the others, no more than `most`.
+
+        The others are landed here by the points that were found.
+        """
+        codes = np.concatenate([np.zeros(0, np.int64), *(rays.code for rays, *_ in found)])
+        words, inverse = np.unique(codes, return_inverse=True)
+        flux = np.concatenate([np.zeros(0), *(f * _receives(end, self._surfaces) for _, end, f, _ in found)])
+        noise = np.bincount(inverse, (flux / self._texel_area.min()) ** 2, len(words))
+        order = np.argsort(noise)
+        quiet = order[np.cumsum(noise[order]) <= most]
+        for rays, end, own, _ in found:
+            at = np.flatnonzero(np.isin(rays.code, words[quiet]))
+            self._land(rays.take(at), end[at], own[at] / rays.share[at])
+        strong = np.setdiff1d(words, words[quiet])
+        return dict(zip(words.tolist(), np.bincount(inverse, flux, len(words)))), strong, noise[quiet].sum()
+
+    def _beamed(self, found, strong, weight):
+        """Yield (code, its share of the light that beams bring, cells (n,) bool where it was found)."""
+        total = sum(weight[word] for word in strong.tolist())
+        for word in strong.tolist():
+            cells = np.zeros(len(self.water.area) // 2, bool)
+            for rays, _, _, cell in found:
+                cells[cell[rays.code == word]] = True
+            yield word, weight[word] / total, cells
+
+    def start(self, m):
+        """The Rays of points m (3,n) of the entry, and what meets them (n,) over the power."""
         towards, _, met = self.water.source.incident(m)
         direction = -np.broadcast_to(towards, m.shape)
         origin = m if self._lamp is None else np.broadcast_to(self._lamp[:, None], m.shape)
-        return Rays.of(origin, direction, len(self._surfaces.sigma_a)), area * met
+        return Rays.of(origin, direction, self.channels), np.broadcast_to(met, m.shape[1])
+
+    def landed(self, rays, end):
+        """The `arrivals.Landed` of Rays that end (k,) on receivers."""
+        return self.arrivals.of(rays, end)
+
+    def spreads(self, m, way):
+        """How much wider (k,) light is after its way (k,) than at points m (3,k) of the entry, but for what bends it."""
+        return np.ones(len(way)) if self._lamp is None else way / self.water.source.incident(m)[1]
 
     def _land(self, rays, end, flux):
         """Leave Rays that end on `end` (k,), of photons of flux (k,), in the bins."""
         flux = flux * rays.share
         self._bins.met += flux.sum()
-        receiving = (end >= 0) & (end < self._surfaces.receiving)
-        at = np.flatnonzero(receiving)
-        rays = rays.take(at)
-        chart, x, y, distance, _ = self._arrivals.at(end[at], rays.origin, rays.direction)
-        colour = self._surfaces.dimmed(rays.colour, rays.medium(), distance)
-        side = self._arrivals.side
-        i, j = (np.minimum(v, side - 1).astype(np.int64) for v in (x, y))
-        self._bins.add((np.take(self._arrivals.image, chart) * side + j) * side + i, flux[at] * colour)
-        self._bins.add_lost("absorbed", (flux[at] * (1 - colour)).sum(1))
+        receiving = _receives(end, self._surfaces)
+        landed, own = self.arrivals.of(rays, end), flux[receiving]
+        back = landed.chart == BACK
+        side = self.arrivals.side
+        i, j = (np.minimum(v, side - 1).astype(np.int64) for v in (landed.x, landed.y))
+        cell = (np.take(self.arrivals.image, np.maximum(landed.chart, 0)) * side + j) * side + i
+        self._bins.add(cell[~back], (own * landed.colour)[:, ~back])
+        self._bins.add_lost("absorbed", (own * (1 - landed.colour))[:, ~back].sum(1))
+        self._bins.add_lost(LOST[BACK], own[back].sum())
         for code, cause in CAUSES.items():
             self._bins.add_lost(cause, flux[end == code].sum())
         self._bins.add_lost("occluded", flux[(end >= 0) & ~receiving].sum())
@@ -108,3 +190,8 @@ class Cast:
     def _in_colour(self, flux):
         """Flux (3, ...) [W] in red, green and blue of flux (C, ...) of the channels over the power."""
         return (flux[self._surfaces.channels].T * self.water.source.power).T
+
+
+def _receives(end, surfaces):
+    """Whether (k,) rays end on receivers."""
+    return (end >= 0) & (end < surfaces.receiving)

@@ -56,8 +56,8 @@ class Entry:
 
 
 def points(lit, photons, rng):
-    """Yield points m (3,n), in the world, and the area (n,) of each, about `photons` in all and one at least in each
-    cell of a LitWater of cells, one jittered in each of k by k parts of it."""
+    """Yield cells (n,), points m (3,n) on them, in the world, and the area (n,) of each, about `photons` in all, over a
+    LitWater of cells: one at least in each, jittered in each of k by k parts of it."""
     area = 2 * lit.area.reshape(-1, 2).max(1)  # one half of a cell may lie off a cone
     cells = np.flatnonzero(area)
     side = np.maximum(1, np.ceil(np.sqrt(area[cells] * (photons / max(area.sum(), _TINY))) - 1e-9)).astype(np.int64)
@@ -68,10 +68,11 @@ def points(lit, photons, rng):
             block = group[start : start + step]
             a, b, c = (np.take(lit.points, lit.triangles[2 * block, j], axis=0).T[:, :, None] for j in range(3))
             u, v = (inner + rng.random((2, len(block), k * k))) / k
+            cell = np.repeat(block, k * k)
             m = (a + u * (b - a) + v * (c - b)).reshape(3, -1)
             for first in range(0, m.shape[1], BLOCK):
                 own = slice(first, first + BLOCK)
-                yield m[:, own], np.repeat(area[block] / (k * k), k * k)[own]
+                yield cell[own], m[:, own], area[cell[own]] / (k * k)
 
 
 class _Face:

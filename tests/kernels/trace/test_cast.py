@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
-from casters import ball, no_water, room, slab
+from casters import SILVER, ball, no_water, patch, room, slab
 from waves import flat, floor, sun, transmitted, water
 
 from dapple.kernels.maps.texels import rasterise
 from dapple.kernels.methods import solve
 from dapple.kernels.scene import Mirror, Point, Scene, Settings, Spot, Volume
+from dapple.kernels.trace.cast import over_casters
 
 
 def baked(scene, side=32, **settings):
@@ -19,14 +20,15 @@ def total(watts):
     return sum(watts.values(), np.zeros(3))
 
 
-def test_energy_of_a_glass_ball_in_a_closed_room():
+@pytest.mark.parametrize("points", [False, True])
+def test_energy_of_a_glass_ball_in_a_closed_room(points):
     """All that meets the ball - its solid angle - arrives on the six sides, but for what is booked, within 0.3 %."""
     lamp = np.array([0.3, 0.2, 1.5])
     scene = Scene(no_water(), room(2.0), (), (Point("Lamp", lamp, np.ones(3)),), casters=(ball(0.5, fine=96),))
-    d = baked(scene, bounces=8).diagnostics
+    d = baked(scene, bounces=8, points=points).diagnostics
     solid_angle = 2 * np.pi * (1 - np.sqrt(1 - 0.25 / (lamp @ lamp)))
     assert d.flux_in[0] == pytest.approx(solid_angle, rel=3e-3)
-    np.testing.assert_allclose(total(d.flux_received) + total(d.flux_lost), d.flux_in, rtol=1e-12)
+    np.testing.assert_allclose(total(d.flux_received) + total(d.flux_lost), d.flux_in, rtol=1e-6)
     np.testing.assert_allclose(total(d.flux_received), d.flux_in, rtol=3e-3)
 
 
@@ -98,3 +100,57 @@ def test_light_that_leaves_the_volume_by_a_culling_face_is_booked():
             assert received == 0 and d.flux_lost["culled"][0] == pytest.approx(1.0, rel=1e-2)
         else:
             assert received == pytest.approx(0.96 / 1.04, rel=1e-2)
+
+
+def test_beams_are_what_points_are_texel_by_texel():
+    """Glass and a mirror over a floor: beams lie within the noise of points, known from points drawn apart."""
+    casters = (
+        ball(0.15, (-0.2, 0, 0.2), fine=64),
+        ball(0.1, (0.25, 0.1, 0.1), fine=48, material=SILVER, name="Mirror"),
+    )
+    scene = Scene(no_water(), (floor(side=1.0),), (), (sun((0.3, 0.1, -1)),), casters=casters)
+    texels = [rasterise(scene.receivers[0], 32, padding=0)]
+    cast = over_casters(scene, texels, Settings(resolution=32))[0]
+    draws = np.stack([cast.throw(60_000, np.random.default_rng([1, k]))[0][:, 0] for k in range(8)])
+    mean, error = draws.mean(0), draws.std(0, ddof=1) / np.sqrt(8)
+    beams = over_casters(scene, texels, Settings(resolution=32, tolerance=1e-4))[0].spread()[0][:, 0]
+    assert beams.sum() == pytest.approx(mean.sum(), rel=5e-4)
+    assert ((beams - mean) ** 2).mean() - (error**2).mean() < 1e-4 * (mean**2).mean()
+    off = (beams - mean) / (error + 0.02 * (mean + mean.mean()))
+    assert np.count_nonzero(np.abs(off) > 4) <= 20 and np.abs(off).max() < 20
+
+
+def test_the_nephroid_of_a_cylinder():
+    """A cylindrical mirror 60 degrees to either side, lit along x and down at 45 degrees. Light that met it at an angle
+    a and went s on in plan has the density 1 / |1 - 2 s / (R cos a)|: it is infinite on the nephroid, whose cusp is
+    halfway between the mirror and its centre."""
+
+    def normal(u, v):
+        return -np.cos(u), -np.sin(u), 0 * v
+
+    wall = patch(
+        lambda u, v: (np.cos(u), np.sin(u), v), normal, np.linspace(-1.05, 1.05, 241), np.array([0.0, 0.9]), SILVER
+    )
+    scene = Scene(no_water(), (floor(side=2.4),), (), (sun((1, 0, -1)),), casters=(wall,))
+    image = baked(scene, side=120, tolerance=1e-4).images[0][..., 0]
+    step = 2.4 / 120
+    axis = (np.arange(120) + 0.5) * step - 1.2
+    before = slice(68, 78)  # of the cusp, on the axis, one ray arrives: the density falls as 1 / |1 - 2 s|
+    slope, at = np.polyfit(axis[before], np.sqrt(0.5) / image[59:61, before].mean(0), 1)
+    assert slope == pytest.approx(-2, rel=2e-2) and -at / slope == pytest.approx(0.5, abs=3e-3)
+    checked = 0
+    for row, column in ((60, 95), (70, 100), (50, 98), (60, 104), (75, 97)):
+        x, y = axis[column], axis[row]
+        expected = np.sqrt(0.5) * sum(1 / abs(1 - 2 * s / np.cos(a)) for a, s in _reflected_to(x, y) if s < 0.9)
+        assert image[row, column] == pytest.approx(expected, rel=0.05)
+        checked += 1
+    assert checked == 5
+
+
+def _reflected_to(x, y):
+    """Angles a on a unit circle, and ways s from there, of light along x that is reflected to (x, y)."""
+    a = np.linspace(-1.05, 1.05, 20001)
+    across = (x - np.cos(a)) * -np.sin(2 * a) - (y - np.sin(a)) * -np.cos(2 * a)
+    at = np.flatnonzero(across[1:] * across[:-1] < 0)
+    way = -(x - np.cos(a[at])) * np.cos(2 * a[at]) - (y - np.sin(a[at])) * np.sin(2 * a[at])
+    return [(angle, s) for angle, s in zip(a[at], way, strict=True) if s > 0]
