@@ -197,7 +197,7 @@ class _Work:
         self.sheet.add_points(nodes.chart[landed], nodes.x[landed], nodes.y[landed], flux[:, landed])
 
     def _book(self, nodes, corner, area, chart=None):
-        """Flux (C,n) that arrives of beams of area (n,) through nodes corner (k,n), on the chart (n,) of their first ones
+        """Flux (C,n) that arrives of beams of area (n,) through nodes corner (k,n), on the chart (n,) of the first
         unless it is given; books what meets the water, what is reflected and absorbed, and what lands on no chart."""
         chart = np.take(nodes.chart, corner[0]) if chart is None else chart
         carried = (

@@ -157,7 +157,7 @@ class Cast:
         return self.arrivals.of(rays, end)
 
     def spreads(self, m, way):
-        """How much wider (k,) light is after its way (k,) than at points m (3,k) of the entry, but for what bends it."""
+        """How much wider (k,) light is after its way (k,) than at points m (3,k) of the entry, if nothing bends it."""
         return np.ones(len(way)) if self._lamp is None else way / self.water.source.incident(m)[1]
 
     def _land(self, rays, end, flux):
