@@ -3,7 +3,8 @@
 import numpy as np
 
 from dapple.kernels.lit_water import light_water
-from dapple.kernels.walk.conic import Surface, is_path
+from dapple.kernels.walk.conic import is_path
+from dapple.kernels.walk.lit_surface import Surface
 
 
 def all_roots(scene, points, samples=24):

@@ -43,6 +43,15 @@ def mesh_water(positions, triangles, normals):
     return Water("Water", positions, triangles, normals, triangles, build_twins(triangles))
 
 
+def faceted(water):
+    """The same mesh, shaded flat."""
+    v = water.positions[water.triangles]
+    normals = np.cross(v[:, 1] - v[:, 0], v[:, 2] - v[:, 0])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    rows = np.repeat(np.arange(len(normals))[:, None], 3, 1)
+    return Water(water.name, water.positions, water.triangles, normals, rows, water.twins)
+
+
 def water(shape=five_sines, quads=64, side=4.8, level=1.5):
     """Water over a grid with heights and slopes of `shape(x, y)` and exact normals."""
     x, y, triangles = grid(quads, side)

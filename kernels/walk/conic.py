@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..halfedges import AFTER, BEFORE
+from ..halfedges import AFTER
 
 ACROSS = np.array([[0.0, 1.0], [-1.0, -1.0], [1.0, 0.0]])  # gradient in (a, b) of the weight across from each edge
 _STRAIGHT = 1e-3  # rad between chord and tangent
@@ -27,95 +27,18 @@ _AT_START = 1e-22  # |w_perp|^2 / |w|^2
 _RESIDUAL = 1e-7  # |G| of a root, for unit normals: a root of a torn curve has more
 
 
-class Surface:
-    """The lit water as tables that a walk reads: one row per corner record, one entry per half-edge.
-
-    m (3,R) positions and n (3,R) normals of the records, which are the vertices under smooth shading and the corners of
-    the triangles otherwise. Per half-edge (3T,): tail, head, tip, the records of its two ends and of the corner across;
-    after, before, the triangle's other half-edges; k of its edge; over, its twin; turned, bool or None, the twin runs
-    the same way. smooth: both sides of an edge share their records; area (T,) as of LitWater; lamp, the position (3,)
-    of a light that is near, or None.
-    """
-
-    def __init__(self, lit, twins):
-        flat = lit.triangles.ravel()
-        self._frame, self._source, self.area = lit.frame, lit.source, lit.area
-        self.lamp = lit.frame @ lit.source.position if lit.source.varies else None
-        if lit.normal_triangles is lit.triangles or np.array_equal(lit.normal_triangles, lit.triangles):
-            record, self.m, self.n, self.smooth = flat, lit.positions.T, lit.normals.T, True
-        else:
-            record, self.smooth = np.arange(len(flat)), False
-            self.m, self.n = lit.positions[flat].T, lit.normals[lit.normal_triangles.ravel()].T
-        self.m, self.n = np.ascontiguousarray(self.m), np.ascontiguousarray(self.n)
-        corner = record.reshape(-1, 3).astype(np.int64)
-        self.tail = corner.ravel()
-        self.head = corner[:, AFTER].ravel()
-        self.tip = corner[:, BEFORE].ravel()
-        first = np.arange(0, len(flat), 3)[:, None]
-        self.after, self.before = (first + AFTER).ravel(), (first + BEFORE).ravel()
-        dn = [np.take(c, self.head) - np.take(c, self.tail) for c in self.n[:2]]
-        dm = [np.take(c, self.head) - np.take(c, self.tail) for c in self.m[:2]]
-        self.k = dn[0] * dm[1] - dn[1] * dm[0]
-        self.over = twins.astype(np.int64)
-        turned = (self.over >= 0) & (flat[self.over] == flat)
-        self.turned = turned if turned.any() else None
-
-    def arriving(self, points):
-        """Unit direction (3,n) or (3,1) of the light at points (3,n)."""
-        return -(self._frame @ self._source.incident(self._frame.T @ points)[0])
-
-    def met(self, points):
-        """What points (3,n) meet, (n,) or 1, of the light's power; see `sources`."""
-        return self._source.incident(self._frame.T @ points)[2]
-
-    def g(self, record, px, py):
-        """g (n,) at records for receiver points (px, py)."""
-        nx, ny = np.take(self.n[0], record), np.take(self.n[1], record)
-        return nx * (np.take(self.m[1], record) - py) - ny * (np.take(self.m[0], record) - px)
-
-    def g_at_ends(self, half_edge, p):
-        """g (2,n) at the tail and the head of half-edges (n,) for receiver points p (3,n)."""
-        return np.stack([self.g(np.take(r, half_edge), p[0], p[1]) for r in (self.tail, self.head)])
-
-    def g_at_corners(self, triangle, px, py):
-        """g (n,3) at the corners of triangles (n,)."""
-        return np.stack([self.g(record, px, py) for record in self.corner_records(triangle).T], 1)
-
-    def corner_records(self, triangle):
-        """Records (n,3) of the corners of triangles (n,)."""
-        return self.tail.reshape(-1, 3)[triangle]
-
-    def corners(self, triangle):
-        """Positions and normals (3,3,n), as corner, axis, triangle, of the corners of triangles (n,)."""
-        record = self.corner_records(triangle).T
-        return tuple(np.stack([np.take(c, record) for c in table], 1) for table in (self.m, self.n))
-
-    def between(self, one, other, s):
-        """M (3,n) and N (3,n) at share s of the way from record one to record other."""
-        points = []
-        for table in (self.m, self.n):
-            first = [np.take(c, one) for c in table]
-            points.append([a + s * (np.take(c, other) - a) for a, c in zip(first, table, strict=True)])
-        return points
-
-    def at(self, triangle, weights):
-        """M (3,n) and N (3,n) at barycentric weights (n,3) of triangles (n,)."""
-        corner = self.corner_records(triangle)
-        return [
-            [sum(weights[:, i] * np.take(c, corner[:, i]) for i in range(3)) for c in table]
-            for table in (self.m, self.n)
-        ]
-
-
 def edge_root(p, q, k):
     """Where (n,), in 0..1, g crosses zero on edges with values p, q of opposite sign at their ends."""
-    k = np.where(p < 0, k, -k)  # turned so that g rises
-    linear = np.where(p < 0, q - p, p - q) - k
-    rise = np.abs(p)
-    root = np.sqrt(np.maximum(linear * linear + 4 * k * rise, 0))
+    rise = q - p
+    linear = rise - k
+    root = np.sqrt(np.maximum(linear * linear - 4 * (k * p), 0))
+    np.copysign(root, rise, out=root)  # the slope of g where it crosses
+    bent = np.flatnonzero(linear * rise < 0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        s = np.where(linear >= 0, 2 * rise / (linear + root), (root - linear) / (2 * k))
-    return np.clip(np.nan_to_num(s, nan=0.5), 0, 1)
+        s = -2 * p / (linear + root)
+        if len(bent):  # where the difference would cancel
+            s[bent] = (root[bent] - linear[bent]) / (2 * k[bent])
+    return np.fmin(np.fmax(s, 0), 1)
 
 
 def has_double_root(p, q, k):
@@ -240,14 +163,36 @@ def objective(m, n, p, eta, sense):
     On the conic G is parallel to w_perp, which vanishes nowhere on the curve but at M0; so f is |w| G along -w_perp on
     the one way and along w_perp on the other, and is continuous. No refraction is computed, and none can fail.
     """
+    towards, across, along, at_start = _towards(m, n, p, eta)
+    f = -sense * towards / np.sqrt(np.where(at_start, 1.0, across))
+    return np.where(at_start, np.sqrt(n[0] * n[0] + n[1] * n[1]) * along, f)
+
+
+def is_negative(m, n, p, eta, sense):
+    """Whether (n,) `objective` is below zero."""
+    towards, _, along, at_start = _towards(m, n, p, eta)
+    negative = towards > 0 if sense > 0 else towards < 0
+    if at_start.any():
+        negative = np.where(at_start, (along < 0) & ((n[0] != 0) | (n[1] != 0)), negative)
+    return negative
+
+
+def _towards(m, n, p, eta):
+    """|w| G along w_perp times its length (n,), |w_perp|^2, |w| (eta u.d - 1), and whether (n,) w_perp is rounding, as
+    at M0, where f has that for its limit, times |N_perp|."""
     wx, wy, wz = p[0] - m[0], p[1] - m[1], p[2] - m[2]
     across = wx * wx + wy * wy
     length2 = across + wz * wz
-    along = -eta * wz - np.sqrt(length2)
-    towards = (n[0] * wx + n[1] * wy) * along + eta * n[2] * across
-    at_start = across < _AT_START * length2  # where w_perp is rounding, f is its limit
-    limit = np.sqrt(n[0] * n[0] + n[1] * n[1]) * along
-    return np.where(at_start, limit, -sense * towards / np.sqrt(np.where(at_start, 1.0, across)))
+    along = np.sqrt(length2)
+    along += eta * wz
+    np.negative(along, out=along)
+    wx *= n[0]
+    wy *= n[1]
+    wx += wy
+    wx *= along
+    wx += eta * n[2] * across
+    length2 *= _AT_START
+    return wx, across, along, across < length2
 
 
 def is_path(m, n, p, eta):

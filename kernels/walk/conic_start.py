@@ -109,7 +109,9 @@ def closed_curve_root(surface, triangle, weights, p, eta, samples=64):
     def point(t):
         c, s = np.cos(np.pi * t), side * np.sin(np.pi * t)
         wa, wb = c * along[0] + s * gradient[0], c * along[1] + s * gradient[1]
-        sigma = -(wa * gradient[0] + wb * gradient[1]) / (A * wa * wa + B * wb * wb + C * wa * wb)
+        bend = A * wa * wa + B * wb * wb + C * wa * wb
+        # A curve that has shrunk to M0 has no slope and no other point.
+        sigma = -np.divide(wa * gradient[0] + wb * gradient[1], bend, out=np.zeros_like(bend), where=bend != 0)
         a, b = here[0] + sigma * wa, here[1] + sigma * wb
         return np.stack([1 - a - b, a, b], 1)
 

@@ -2,46 +2,76 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from .conic import (
-    ACROSS,
-    conic,
-    edge_crossings,
-    edge_root,
-    follow,
-    has_double_root,
-    tangent,
-    weights_on_edge,
-)
+from ..halfedges import AFTER, BEFORE
+from .conic import ACROSS, conic, edge_crossings, edge_root, follow, has_double_root, tangent, weights_on_edge
+from .lit_surface import g_at
 
 
-def step(surface, entry, s, p, ends):
-    """Exit of the curve from triangles entered through half-edges `entry` (n,) at share s (n,), for p (3,n); ends (2,n)
-    is g at the tail and the head of the entry.
+@dataclass
+class Exit:
+    """Where curves (n,) leave triangles: over, the half-edge across the exit, -1 for none; share along the exit;
+    corners (2,n), the records of its tail and head, and ends (2,n), g there; m and n, three arrays (n,) each, of the
+    point."""
 
-    Returns the exit half-edge (n,), its share (n,), g at its ends (2,n) and torn (n,) bool: the curve does not pass the
-    entry here, because the normals jump across it. In the common case, one crossing in and one out, the sign of g at
-    the third corner decides; triangles with more crossings are followed along the conic.
+    over: np.ndarray
+    share: np.ndarray
+    corners: np.ndarray
+    ends: np.ndarray
+    m: list
+    n: list
+
+
+def step(surface, entry, p, ends, corners):
+    """Exit of the curve from triangles entered through half-edges `entry` (n,), for p (3,n); ends (2,n) is g at the
+    records `corners` (2,n), the tail and the head of the entry; and those (k,) for which it does not hold.
+
+    With one crossing in and one out the sign of g at the third corner decides; the others have more, see `follow_all`.
     """
-    g_tail, g_head = ends
-    g_tip = surface.g(np.take(surface.tip, entry), p[0], p[1])
-    after, before = np.take(surface.after, entry), np.take(surface.before, entry)
-    ahead = (g_tip < 0) == (g_tail < 0)  # the sign changes between head and tip, else between tip and tail
-    leave, pass_by = np.where(ahead, after, before), np.where(ahead, before, after)
-    ends = np.stack([np.where(ahead, g_head, g_tip), np.where(ahead, g_tip, g_tail)])
-    share = edge_root(*ends, np.take(surface.k, leave))
-    twice = has_double_root(np.where(ahead, g_tip, g_head), np.where(ahead, g_tail, g_tip), np.take(surface.k, pass_by))
-    special = np.flatnonzero(twice | ((g_tail < 0) == (g_head < 0)))
-    torn = np.zeros(len(entry), bool)
-    if len(special):
-        leave[special], share[special], torn[special] = _step_along(surface, entry[special], s[special], p[:, special])
-        ends[:, special] = surface.g_at_ends(leave[special], p[:, special])
-    return leave, share, ends, torn
+    tip, after, before, bound = surface.ways.take(entry, axis=0).T
+    tip = tip.astype(np.intp)
+    g_tip = g_at(surface.plan.take(tip, axis=0), p[0], p[1])
+    below = ends[0] < 0
+    ahead = (g_tip < 0) == below  # the sign changes between head and tip, else between tip and tail
+    one_sided = (ends[1] < 0) == below
+    third = g_tip - np.where(ahead, ends[0], ends[1])  # along the edge that the curve passes by
+    some = np.flatnonzero(one_sided | (np.abs(third) < bound.view(np.float32)))
+    some = some[one_sided[some] | _twice(surface, entry[some], ahead[some], g_tip[some], ends[:, some])]
+    over = np.where(ahead, after, before).astype(np.intp)
+    exits, g = np.empty_like(corners), np.empty_like(ends)
+    for table, new, at_tip in ((corners, exits, tip), (ends, g, g_tip)):
+        new[0], new[1] = np.where(ahead, table[1], at_tip), np.where(ahead, at_tip, table[0])
+    share, m, n = _crossing(surface, exits, g)
+    return Exit(over, share, exits, g, m, n), some
 
 
-def _step_along(surface, entry, s, p):
-    """As `step`, for any number of crossings."""
+def _crossing(surface, corners, ends):
+    """Share (n,) at which g, `ends` (2,n) at records `corners` (2,n), crosses zero between them; M and N there, three
+    arrays (n,) each."""
+    here, way = surface.plan.take(corners[0], axis=0), surface.plan.take(corners[1], axis=0)
+    way -= here
+    share = edge_root(*ends, way[:, 2] * way[:, 1] - way[:, 3] * way[:, 0])
+    low, lift = surface.rise.take(corners[0], axis=0), surface.rise.take(corners[1], axis=0)
+    lift -= low
+    mx, my, nx, ny = (here[:, c] + share * way[:, c] for c in range(4))
+    mz, nz = (low[:, c] + share * lift[:, c] for c in range(2))
+    return share, [mx, my, mz], [nx, ny, nz]
+
+
+def _twice(surface, entry, ahead, g_tip, ends):
+    """Whether (n,) the curve crosses twice the edge that it passes by, between the tip and the entry's tail, if
+    `ahead`, or its head."""
+    triangle, edge = np.divmod(entry, 3)
+    third = 3 * triangle + np.where(ahead, BEFORE[edge], AFTER[edge])
+    return has_double_root(np.where(ahead, g_tip, ends[1]), np.where(ahead, ends[0], g_tip), surface.k[third])
+
+
+def follow_all(surface, entry, s, p):
+    """As `step`, for any number of crossings, along the conic from share s (n,) of the entry; those (k,) for which it
+    does not hold are torn: the curve does not pass their entry, because the normals jump across it."""
     triangle, edge = np.divmod(entry, 3)
     row = np.arange(len(entry))
     corner_m, corner_n = surface.corners(triangle)
@@ -59,4 +89,13 @@ def _step_along(surface, entry, s, p):
     along = along * np.where(along[0] * inward[:, 0] + along[1] * inward[:, 1] < 0, -1.0, 1.0)
     shares = shares.reshape(-1, 6)
     index, some = follow(coefficients, start, along, gradient, shares, g)
-    return 3 * triangle + index // 2, np.nan_to_num(shares[row, index], nan=0.5), torn | ~some
+    share = np.nan_to_num(shares[row, index], nan=0.5)
+    return _through(surface, triangle, index // 2, share, p), np.flatnonzero(torn | ~some)
+
+
+def _through(surface, triangle, edge, share, p):
+    """The Exit at share (n,) of edges (n,) of triangles (n,) for p (3,n)."""
+    leave = 3 * triangle + edge
+    corners = np.stack([surface.tail[leave], surface.head[leave]])
+    m, n = surface.at(triangle, weights_on_edge(edge, share))
+    return Exit(surface.over[leave], share, corners, surface.g_at_ends(leave, p), m, n)

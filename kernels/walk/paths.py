@@ -13,7 +13,7 @@ from ..rays import Tracer
 from .all_roots import Roots, find_roots
 from .candidates import Grid
 from .certificate import missing, whole_triangles
-from .conic import Surface
+from .lit_surface import Surface
 from .path_irradiance import path_irradiance
 from .plan import Rays
 

@@ -10,12 +10,15 @@ from __future__ import annotations
 import numpy as np
 
 from ..status import Status
-from .conic import BACKWARD, FORWARD, is_path, objective, weights_on_edge
-from .conic_root import Brackets, fan, solve_brackets
+from .arcs import Arcs, Aside, Change, Walkers
+from .conic import BACKWARD, FORWARD, is_negative, is_path, weights_on_edge
+from .conic_root import solve_brackets
 from .conic_start import begin, closed_curve_root
-from .conic_step import step
+from .conic_step import follow_all, step
 
 BLOCK = 1 << 14  # walkers at once: what a step touches stays in the second-level cache
+_ENOUGH = BLOCK >> 3  # walkers for which it pays to follow their conics
+_LOOK = 64  # steps between two looks at who is lost
 
 
 class Walk:
@@ -26,12 +29,16 @@ class Walk:
     """
 
     def __init__(self, surface, p, first, eta):
+        count = p.shape[1]
         self.surface, self.p, self.first, self.eta = surface, p, first, eta
-        self.triangle = np.full(p.shape[1], -1)
-        self.weights = np.zeros((p.shape[1], 3))
-        self.status = np.full(p.shape[1], Status.NO_WATER, np.uint8)
+        self.triangle = np.full(count, -1)
+        self.weights = np.zeros((count, 3))
+        self.status = np.full(count, Status.NO_WATER, np.uint8)
         self.steps = 0
-        self._limit = 64 + int(16 * np.sqrt(len(surface.k) / 3))
+        self._stop = np.full(count, -1)  # the half-edge that would close a walker's curve
+        self._below = np.zeros(count, bool)  # f is negative where it is
+        self._begun, self._now = np.zeros(count, np.int64), 0  # when it started, in steps of all; not those set aside
+        self._limit = 64 + int(16 * np.sqrt(len(surface.tail) / 3))
 
     def run(self):
         """Walk the whole set, the likelier way first; returns self."""
@@ -45,25 +52,23 @@ class Walk:
         return self
 
     def _walk(self, waiting):
-        walkers, arcs, held = _Walkers.none(), [], 0
-        while len(waiting) or len(walkers.id) or held:
-            if len(walkers.id) < BLOCK // 2 and len(waiting):
-                started, arc = self._start(waiting[:BLOCK])
+        walkers, self._odd, self._changes, self._arcs = Walkers.none(), Aside(), Aside(), Aside()
+        while True:
+            arcs = self._changes.count + self._arcs.count
+            if len(walkers) < BLOCK // 2 and len(waiting):
+                walkers = Walkers.concatenated([walkers, self._start(waiting[:BLOCK])])
                 waiting = waiting[BLOCK:]
-                walkers = walkers.join(started)
-            elif len(walkers.id):
-                walkers, arc = self._advance(walkers)
+            elif self._odd.count and (self._odd.count >= _ENOUGH or not len(walkers)):
+                walkers = Walkers.concatenated([walkers, self._follow()])
+            elif arcs and (arcs >= BLOCK or not len(walkers)):
+                walkers = Walkers.concatenated([walkers, self._solve()])
+            elif len(walkers):
+                walkers = self._advance(walkers)
             else:
-                arc = None
-            if arc is not None and len(arc):
-                arcs.append(arc)
-                held += len(arc)
-            if held >= BLOCK or (held and not len(walkers.id) and not len(waiting)):
-                walkers = walkers.join(self._solve(arcs))
-                arcs, held = [], 0
+                break
 
     def _start(self, ids):
-        """Walkers that leave their first triangle, and arcs with a root in it."""
+        """Walkers ids (n,) that leave their first triangle; puts aside the arcs with a root in it."""
         start = begin(self.surface, self.first[ids], self.p[:, ids])
         self._finish(ids, start.upright, start.triangle, start.weights)
         closed = np.flatnonzero(start.closed & ~start.upright)
@@ -71,15 +76,18 @@ class Walk:
             self._close(ids[closed], start.triangle[closed], start.weights[closed])
         exits = (start.forward, start.backward) if self._sense == FORWARD else (start.backward, start.forward)
         end = weights_on_edge(*exits[0])
-        f = objective(*self.surface.at(start.triangle, end), start.p, self.eta, self._sense)
+        below = is_negative(*self.surface.at(start.triangle, end), start.p, self.eta, self._sense)
         (edge, share), (stop, _) = exits
-        begun = np.zeros(len(ids), np.int64)
-        edge, stop = 3 * start.triangle + edge, 3 * start.triangle + stop
-        ends = self.surface.g_at_ends(edge, start.p)
-        state = _Walkers(ids, edge, share, stop, f, start.p, begun, ends)
-        arcs = _Arcs(state, start.triangle, *start.fan(), start.weights, end)
+        edge = 3 * start.triangle + edge
+        self._stop[ids], self._below[ids] = 3 * start.triangle + stop, below
+        corners = np.stack([self.surface.tail[edge], self.surface.head[edge]])
+        over, ends = self.surface.over[edge], self.surface.g_at_ends(edge, start.p)
+        walkers = Walkers(ids, over, share, ends, corners)
+        arcs = Arcs(walkers, start.triangle, *start.fan(), start.weights, end)
         open_ = ~(start.upright | start.closed)
-        return self._cross(state, open_ & (f >= 0)), arcs.take(np.flatnonzero(open_ & (f < 0)))
+        self._begun[ids] = np.where(below, 0, self._now)
+        self._arcs.add(arcs.take(np.flatnonzero(open_ & below)))
+        return self._cross(walkers, open_ & ~below)
 
     def _close(self, ids, triangle, weights):
         """Roots on curves that stay inside their first triangle."""
@@ -89,100 +97,81 @@ class Walk:
         self.status[ids[~found]] = Status.NO_ROOT
 
     def _advance(self, walkers):
-        """One step of all walkers: those that go on, and the arcs on which f changed sign."""
-        self.steps += len(walkers.id)
-        w = walkers
-        leave, share, ends, torn = step(self.surface, w.edge, w.share, w.p, w.ends)
-        m, n = self.surface.between(np.take(self.surface.tail, leave), np.take(self.surface.head, leave), share)
-        f = objective(m, n, w.p, self.eta, self._sense)
-        after = _Walkers(w.id, leave, share, w.stop, f, w.p, w.steps + 1, ends)
-        lost = after.steps > self._limit
-        self.status[w.id[lost]] = Status.LOST
+        """One step of all walkers: those that go on; puts aside the others that have not come to an end."""
+        self._now += 1
+        w = walkers if self._now % _LOOK else self._without_lost(walkers)
+        p = self.p.take(w.id, axis=1)
+        exits, odd = step(self.surface, w.edge, p, w.ends, w.corners)
+        self._begun[w.id[odd]] -= self._now
+        self._odd.add(w.take(odd))
+        return self._pass(w, exits, p, odd)
+
+    def _follow(self):
+        """As `_advance`, for the walkers in triangles with many crossings."""
+        w = Walkers.concatenated(self._odd.take())
+        self._begun[w.id] += self._now
+        p = self.p.take(w.id, axis=1)
+        exits, torn = follow_all(self.surface, w.edge, w.share, p)
         self.status[w.id[torn]] = Status.TORN
-        going = ~(torn | lost)
-        crossed = going & ((f < 0) != (w.f < 0))
+        return self._pass(w, exits, p, torn)
+
+    def _pass(self, walkers, exits, p, but):
+        """Walkers behind their exits, but for those `but` (k,) and where f changes sign: those are put aside."""
+        w = walkers
+        after = Walkers(w.id, exits.over, exits.share, exits.ends, exits.corners)
+        below = is_negative(exits.m, exits.n, p, self.eta, self._sense)
+        crossed = below != self._below.take(w.id)
+        going = ~crossed
+        crossed[but] = going[but] = False
+        self.steps += len(w) - len(but)
         at = np.flatnonzero(crossed)
-        triangle, edge_in = np.divmod(w.edge[at], 3)
-        edge_out = leave[at] % 3
-        ends = weights_on_edge(edge_in, w.share[at]), weights_on_edge(edge_out, share[at])
-        apex, turn = fan(edge_in, ends[0], edge_out, ends[1])
-        arcs = _Arcs(after.take(at), triangle, apex, turn, *ends)
-        return self._cross(after, going & ~crossed), arcs
+        self._below[w.id[at]] = below[at]
+        self._begun[w.id[at]] -= self._now
+        self._changes.add(Change(w.take(at), after.take(at)))
+        return self._cross(after, going)
+
+    def _without_lost(self, walkers):
+        """The walkers but for those that took more steps than the mesh can justify."""
+        lost = self._now - self._begun[walkers.id] > self._limit
+        self.status[walkers.id[lost]] = Status.LOST
+        return walkers.take(np.flatnonzero(~lost))
 
     def _cross(self, walkers, going):
-        """Those that are `going` (n,), over their edge; who leaves the mesh or comes back to the start ends here."""
-        over = np.take(self.surface.over, walkers.edge)
-        rim, round_ = going & (over < 0), going & (over == walkers.stop)
-        self.status[walkers.id[rim]] = Status.OFF_THE_RIM
-        self.status[walkers.id[round_]] = Status.NO_ROOT
-        share, ends = 1 - walkers.share, walkers.ends[::-1]
-        if self.surface.turned is not None:
-            turned = np.take(self.surface.turned, walkers.edge)
-            share, ends = np.where(turned, walkers.share, share), np.where(turned, walkers.ends, ends)
-        walkers.edge, walkers.share, walkers.ends = over, share, ends
-        walkers = walkers.take(np.flatnonzero(going & ~(rim | round_)))
-        if not self.surface.smooth:
-            walkers.ends = self.surface.g_at_ends(walkers.edge, walkers.p)
-        return walkers
+        """Those at exits that are `going` (n,), on the other side; who leaves the mesh or comes back to the start ends
+        here."""
+        w, surface = walkers, self.surface
+        rim, round_ = going & (w.edge < 0), going & (w.edge == self._stop.take(w.id))
+        self.status[w.id[rim]] = Status.OFF_THE_RIM
+        self.status[w.id[round_]] = Status.NO_ROOT
+        share, ends, corners = 1 - w.share, w.ends[::-1], w.corners[::-1]
+        if surface.turned is not None:
+            turned = surface.turned.take(w.edge)
+            share, ends = np.where(turned, w.share, share), np.where(turned, w.ends, ends)
+            corners = np.where(turned, w.corners, corners)
+        across = Walkers(w.id, w.edge, share, ends, corners).take(np.flatnonzero(going & ~(rim | round_)))
+        if not surface.smooth:
+            across.ends = surface.g_at_ends(across.edge, self.p[:, across.id])
+            across.corners = np.stack([surface.tail[across.edge], surface.head[across.edge]])
+        return across
 
-    def _solve(self, arcs):
+    def _solve(self):
         """Finish the arcs whose root is light; return the walkers of the others, past their arcs."""
-        arcs = _Arcs.concatenated(arcs)
-        brackets, beyond = arcs.brackets(self._sense), arcs.beyond
+        arcs = self._collect()
+        beyond = arcs.beyond
+        self._begun[beyond.id] += self._now
+        brackets = arcs.brackets(self.p[:, beyond.id], self._sense)
         weights = solve_brackets(self.surface, brackets, self.eta)
         m, n = self.surface.at(brackets.triangle, weights)
-        good = (weights.min(1) > -1e-6) & is_path(m, n, beyond.p, self.eta)
+        good = (weights.min(1) > -1e-6) & is_path(m, n, brackets.p, self.eta)
         self._finish(beyond.id, good, brackets.triangle, weights)
         return self._cross(beyond, ~good)
+
+    def _collect(self):
+        """The Arcs that were put aside."""
+        arcs, changes = self._arcs.take(), self._changes.take()
+        return Arcs.concatenated([*arcs, *([Arcs.of(self.surface, changes)] if changes else [])])
 
     def _finish(self, ids, found, triangle, weights):
         ids = ids[found]
         self.triangle[ids], self.weights[ids] = triangle[found], weights[found]
         self.status[ids] = Status.LIT
-
-
-class _Walkers:
-    """Structure of arrays of walkers on a half-edge: id, edge and share where they are, stop (the half-edge that would
-    close their curve), f there, p (3,n), steps, and ends (2,n), g at the ends of the edge."""
-
-    def __init__(self, *arrays):
-        self.id, self.edge, self.share, self.stop, self.f, self.p, self.steps, self.ends = arrays
-
-    def arrays(self):
-        return self.id, self.edge, self.share, self.stop, self.f, self.p, self.steps, self.ends
-
-    @classmethod
-    def none(cls):
-        z, i = np.zeros(0), np.zeros(0, np.int64)
-        return cls(i, i, z, i, z, np.zeros((3, 0)), i, np.zeros((2, 0)))
-
-    def take(self, index):
-        return _Walkers(*(np.take(a, index, axis=-1) for a in self.arrays()))
-
-    def join(self, other):
-        if not len(self.id):
-            return other
-        pairs = zip(self.arrays(), other.arrays(), strict=True)
-        return _Walkers(*(np.concatenate([a, b], axis=-1) for a, b in pairs))
-
-
-class _Arcs:
-    """Arcs with a change of sign, as the first fields of `Brackets`, and the walkers that stand beyond them."""
-
-    def __init__(self, beyond, *fields):
-        self.beyond, self._fields = beyond, fields
-
-    def __len__(self):
-        return len(self.beyond.id)
-
-    def take(self, index):
-        return _Arcs(self.beyond.take(index), *(np.take(a, index, axis=0) for a in self._fields))
-
-    def brackets(self, sense):
-        return Brackets(*self._fields, self.beyond.p, sense)
-
-    @classmethod
-    def concatenated(cls, arcs):
-        fields = [np.concatenate(parts) for parts in zip(*(a._fields for a in arcs), strict=True)]
-        beyond = [np.concatenate(parts, axis=-1) for parts in zip(*(a.beyond.arrays() for a in arcs), strict=True)]
-        return cls(_Walkers(*beyond), *fields)

@@ -131,7 +131,7 @@ def rates():
     from dapple.kernels.splat.photons import batches
     from dapple.kernels.splat.plane import one_plane
     from dapple.kernels.splat.silhouettes import Silhouettes
-    from dapple.kernels.walk.conic import Surface
+    from dapple.kernels.walk.lit_surface import Surface
     from dapple.kernels.walk.walkers import Walk
 
     scene = pool(quads=512)
@@ -168,20 +168,24 @@ def rate(run, scale):
 
 
 def step_cost(walk_class, surface, p, first, eta):
-    """(median nanoseconds of a triangle step, steps): the time inside the walk's steps alone, without starts, roots."""
+    """(median nanoseconds of a triangle step, steps): the time inside the walk's steps, without starts and roots."""
     costs = []
     for _ in range(REPEATS):
         spent = 0.0
 
-        class Timed(walk_class):
-            def _advance(self, walkers):
+        def timed(method):
+            def run(self, *arguments):
                 nonlocal spent
                 start = time.process_time()
-                result = super()._advance(walkers)
+                result = method(self, *arguments)
                 spent += time.process_time() - start
                 return result
 
-        walk = Timed(surface, p, first, eta).run()
+            return run
+
+        names = "_advance", "_follow", "_collect"
+        steps = type("Timed", (walk_class,), {name: timed(getattr(walk_class, name)) for name in names})
+        walk = steps(surface, p, first, eta).run()
         costs.append(spent / walk.steps * 1e9)
     return statistics.median(costs), walk.steps
 

@@ -42,15 +42,6 @@ def with_triangles(water, triangles):
     return mesh_water(water.positions, triangles, water.normals)
 
 
-def faceted(water):
-    """The same mesh, shaded flat."""
-    v = water.positions[water.triangles]
-    normals = np.cross(v[:, 1] - v[:, 0], v[:, 2] - v[:, 0])
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    rows = np.repeat(np.arange(len(normals))[:, None], 3, 1)
-    return Water(water.name, water.positions, water.triangles, normals, rows, water.twins)
-
-
 def joined(*waters):
     """Several waters as one, no vertex shared."""
     starts = np.cumsum([0, *(len(w.positions) for w in waters)])

@@ -4,11 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from waves import calm, flat, floor, mesh_water, pool, transmitted
+from waves import calm, faceted, flat, floor, mesh_water, pool, transmitted
 
 from dapple.kernels.halfedges import build_twins
 from dapple.kernels.scene import Water
-from dapple.tests.stability.constructions import faceted
 from dapple.tests.stability.photons import constant, trace
 
 SIDE = 16

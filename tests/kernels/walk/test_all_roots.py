@@ -1,13 +1,15 @@
 """All roots: against a brute-force search, by the odd count and the winding number, on floors, terrain and walls."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from brute_force import all_roots
-from waves import five_sines, flat, floor, grid, pool, quad
+from waves import faceted, five_sines, flat, floor, grid, pool, quad
 
 from dapple.kernels.maps.texels import rasterise
 from dapple.kernels.rays import Tracer, soup
-from dapple.kernels.scene import Receiver, Water
+from dapple.kernels.scene import Receiver
 from dapple.kernels.walk.all_roots import find_roots
 from dapple.kernels.walk.candidates import Grid
 from dapple.kernels.walk.certificate import missing, whole_triangles
@@ -119,14 +121,9 @@ def test_beyond_the_rim_no_path_is_expected():
 def test_facets_are_solved_one_by_one():
     """Flat shading tears the map: gaps and overlaps, and in each facet at most the one path of a tilted plane."""
     smooth = pool(quads=24)
-    w = smooth.water
-    v = w.positions[w.triangles]
-    facet = np.cross(v[:, 1] - v[:, 0], v[:, 2] - v[:, 0])
-    facet /= np.linalg.norm(facet, axis=1, keepdims=True)
-    rows = np.repeat(np.arange(len(facet))[:, None], 3, 1)
-    object.__setattr__(smooth, "water", Water("Facets", w.positions, w.triangles, facet, rows, w.twins))
-    own = rasterise(smooth.receivers[0], 64)
-    found = paths_of(smooth).to(own.positions, own.normals)
+    scene = replace(smooth, water=faceted(smooth.water))
+    own = rasterise(scene.receivers[0], 64)
+    found = paths_of(scene).to(own.positions, own.normals)
     count = np.bincount(found.point, minlength=len(own.texel))
     assert (count == 0).any() and (count > 1).any()
     light = np.bincount(found.point, found.passed * found.density, minlength=len(own.texel))

@@ -12,7 +12,6 @@ from dapple.kernels.lit_water import light_water
 from dapple.kernels.scene import Water
 from dapple.kernels.walk.conic import (
     FORWARD,
-    Surface,
     conic,
     crossing_points,
     edge_crossings,
@@ -24,6 +23,7 @@ from dapple.kernels.walk.conic import (
     tangent,
 )
 from dapple.kernels.walk.conic_start import closed_curve_root
+from dapple.kernels.walk.lit_surface import Surface
 
 FIXTURES = json.loads((Path(__file__).parent / "conic_fixtures.json").read_text())
 FIXTURE_ETA = 1.33
@@ -104,6 +104,17 @@ def test_a_curve_inside_its_triangle_gives_its_root():
     np.testing.assert_allclose(found[0, 1:], [a, b], atol=2e-3)
     m, n = surface.at(triangle, found)
     assert is_path(m, n, p, FIXTURE_ETA).all()
+
+
+def test_a_curve_that_is_a_point_has_no_root():
+    """Normals that turn round the light, and P on their axis: g = 0 at M0 alone."""
+    positions = np.array([[-1.0, -1, 0], [2, -1, 0], [-1, 2, 0]])
+    normals = np.column_stack([-0.3 * positions[:, 1], 0.3 * positions[:, 0], np.ones(3)])
+    surface, frame = triangle_surface(positions, normals, (0, 0, -1))
+    p = frame @ np.array([[0.0], [0], [-2]])
+    with np.errstate(all="raise"):
+        found = closed_curve_root(surface, np.array([0]), np.array([[1 / 3, 1 / 3, 1 / 3]]), p, FIXTURE_ETA)
+    assert np.isnan(found).all()
 
 
 def test_edge_roots_are_roots():

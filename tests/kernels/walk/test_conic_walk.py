@@ -1,17 +1,19 @@
 """The walk against closed forms, against a brute-force search, and against its own statuses."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from brute_force import all_roots
-from waves import calm, five_sines, flat, floor, pool, transmitted, water
+from waves import calm, faceted, five_sines, flat, floor, mesh_water, pool, transmitted, water
 
 from dapple.kernels.lit_water import light_water
 from dapple.kernels.maps.texels import rasterise
 from dapple.kernels.rays import Tracer
 from dapple.kernels.scene import Occluder, Settings, Water
 from dapple.kernels.status import Status
-from dapple.kernels.walk.conic import Surface
 from dapple.kernels.walk.conic_walk import solve
+from dapple.kernels.walk.lit_surface import Surface
 from dapple.kernels.walk.walkers import Walk
 
 
@@ -121,29 +123,22 @@ def test_no_water_over_a_texel_says_so():
     assert (answer.status[0] == Status.NO_WATER).sum() == 16 * 16 - 8 * 8
 
 
-def test_winding_does_not_matter():
+@pytest.mark.parametrize("first_root", [False, True])
+def test_winding_does_not_matter(first_root):
     straight = pool(calm, quads=24)
     w = straight.water
     turned = w.triangles.copy()
     turned[::2] = turned[::2, [0, 2, 1]]
-    from dapple.kernels.halfedges import build_twins
-
-    mixed = Water("Water", w.positions, turned, w.normals, turned, build_twins(turned))
-    scene = pool(calm, quads=24)
-    object.__setattr__(scene, "water", mixed)
-    np.testing.assert_allclose(bake(scene).images[0], bake(straight).images[0], rtol=1e-9)
+    scene = replace(straight, water=mesh_water(w.positions, turned, w.normals))
+    mixed, plain = (bake(s, first_root=first_root).images[0] for s in (scene, straight))
+    np.testing.assert_allclose(mixed, plain, rtol=1e-9)
 
 
 def test_flat_shading_is_reported_and_never_silently_wrong_by_first_roots():
     """Facets tear the curve: texels are lit by a path that is exact for the facets, or say that they are not."""
     smooth = pool(calm, quads=24)
-    w = smooth.water
-    v = w.positions[w.triangles]
-    facet = np.cross(v[:, 1] - v[:, 0], v[:, 2] - v[:, 0])
-    facet /= np.linalg.norm(facet, axis=1, keepdims=True)
-    rows = np.repeat(np.arange(len(facet))[:, None], 3, 1)
-    object.__setattr__(smooth, "water", Water("Facets", w.positions, w.triangles, facet, rows, w.twins))
-    answer = bake(smooth, first_root=True)
+    scene = replace(smooth, water=faceted(smooth.water))
+    answer = bake(scene, first_root=True)
     lit = answer.status[0] == Status.LIT
     assert set(np.unique(answer.status[0])) <= {
         Status.LIT,
@@ -164,10 +159,8 @@ def test_texels_must_match_receivers():
 
 def test_water_without_triangles_lights_nothing():
     empty = np.zeros((0, 3), int)
-    scene = pool(flat, quads=2)
-    object.__setattr__(
-        scene, "water", Water("Dry", water(flat, 2).positions, empty, np.zeros((0, 3)), empty, np.zeros(0, int))
-    )
+    dry = Water("Dry", water(flat, 2).positions, empty, np.zeros((0, 3)), empty, np.zeros(0, int))
+    scene = replace(pool(flat, quads=2), water=dry)
     answer = bake(scene, resolution=4)
     assert (answer.status[0] == Status.NO_WATER).all() and not answer.images[0].any()
 
