@@ -23,15 +23,14 @@ from .mitsuba_light import LightTracer
 RESOLUTION = 256
 TOLERANCES = (1.0, 0.3, 0.1, 0.03, 0.01, 0.003, 0.001)
 GOAL = 1e-2
-_FIRST = 2**12  # photons, of those that are doubled until the goal is reached
-_MOST = 2**26
+_PHOTONS = 2**22  # of Mitsuba's, of which times are taken
 ERROR_HEAD = (
-    "scene", "receiver", "asked", "CPU [s]", "error", "of 6 meetings", "MAE", "FLIP", "energy", "own estimate",
-    "reference's error",
+    "scene", "receiver", "method", "asked", "CPU [s]", "error", "of 6 meetings", "MAE", "FLIP", "energy",
+    "own estimate", "reference's error", "its MAE",
 )  # fmt: skip
 TIME_HEAD = (
-    "scene", "Dapple asked", "error", "CPU [s]", "Mitsuba aimed [s]", "ratio", "at Dapple's error", "ptracer [s]",
-    "ratio", "of the map seen",
+    "scene", "Dapple asked", "error", "MAE", "CPU [s]", "Mitsuba, aimed [s]", "ratio", "ratio at Dapple's error",
+    "ratio at its MAE", "ptracer [s]", "ratio", "of the map seen",
 )  # fmt: skip
 
 
@@ -51,33 +50,42 @@ class Case:
     def reference(self):
         return of_scene(self.scene, self.texels)
 
-    def bake(self, tolerance, repeats=3):
+    def bake(self, tolerance, repeats=3, method="photon_splat"):
         """CPU seconds of a bake, light (K,3), and what the solver says."""
-        settings = Settings("photon_splat", tolerance, surface="mesh")
+        settings = Settings(method, tolerance, surface="mesh")
         seconds, solution = timed(lambda: solve(self.scene, self.texels, settings), repeats)
         pairs = zip(solution.images, self.texels, strict=True)
         return seconds, np.concatenate([image.reshape(-1, 3)[own.texel] for image, own in pairs]), solution.diagnostics
 
-    def error_rows(self, tolerance):
+    def error_rows(self, tolerance, method="photon_splat"):
         """Cells of ERROR_HEAD: one row of all receivers, and one of each where there are several."""
-        seconds, light, work = self.bake(tolerance)
-        reference, names = self.reference, [receiver.name for receiver in self.scene.receivers]
-        parts = [(None, ", ".join(names))] + [(k, name) for k, name in enumerate(names) if len(names) > 1]
-        for part, name in parts:
-            first, estimate = part is None, work.estimated_error
+        seconds, light, work = self.bake(tolerance, method=method)
+        names = [receiver.name for receiver in self.scene.receivers]
+        rest = enumerate(names) if len(names) > 1 else ()
+        for part, name in ((None, "all" if len(names) > 1 else names[0]), *rest):
+            first = part is None
             yield (
-                self.name, name, f"{tolerance:.0e}", f"{seconds:.2f}" if first else "",
-                f"{reference.maps.error(light, part):.1e}", f"{reference.short.error(light, part):.1e}",
-                f"{reference.maps.mean_error(light, part):.3f}", f"{self._flip(light, part):.3f}",
-                f"{100 * reference.maps.energy(light, part):+.2f} %",
-                "-" if estimate is None or not first else f"{estimate:.1e}",
-                f"{reference.errors[0 if first else part + 1]:.0e}",
+                self.name, name, method, f"{tolerance:.0e}", f"{seconds:.2f}" if first else "",
+                *self._errors(light, part),
+                f"{work.estimated_error:.1e}" if first and work.estimated_error is not None else "",
+                *self._noise(0 if first else part + 1),
             )  # fmt: skip
 
     def images(self, light):
         """Images (R,R,3) of light (K,3), one a receiver."""
         parts = np.split(light, self.reference.maps.cuts)
         return [own.image(part) for own, part in zip(self.texels, parts, strict=True)]
+
+    def _errors(self, light, part):
+        """Cells from the error to the energy."""
+        maps, short = self.reference.maps, self.reference.short
+        return (
+            f"{maps.error(light, part):.1e}", f"{short.error(light, part):.1e}", f"{maps.mean_error(light, part):.3f}",
+            f"{self._flip(light, part):.3f}", f"{100 * maps.energy(light, part):+.2f} %",
+        )  # fmt: skip
+
+    def _noise(self, row):
+        return f"{self.reference.errors[row]:.0e}", f"{self.reference.mean_errors[row]:.3f}"
 
     def _flip(self, light, part):
         """HDR-FLIP of maps, the mean over receivers where `part` is None."""
@@ -87,60 +95,47 @@ class Case:
         return np.mean([flip_evaluator.evaluate(a, b, "HDR")[1] for a, b in pairs])
 
     def time_row(self):
-        """Cells of TIME_HEAD: CPU seconds to the goal, Dapple's with the loosest of TOLERANCES that reaches it."""
-        tolerance, error, seconds = self._dapple_time()
-        own, camera, seen = self._photon_time(), None, "-"
-        if self.camera:
-            camera, seen = self._camera_time()
+        """Cells of TIME_HEAD: CPU seconds to the goal, Dapple's with the loosest of TOLERANCES that reaches it.
 
-        def against(other):
-            return "-" if other is None or seconds is None else f"{other / seconds:.1f}"
-
+        Mitsuba's are those of many photons scaled to the error, which falls with 1 / photons, and to the mean absolute
+        one, which falls with its root: what few photons cost besides is left out.
+        """
+        tolerance, error, mean_error, seconds = self._to_goal()
+        spent, its_error, its_mean = self._photons()
+        camera, seen = self._camera() if self.camera else (None, "")
+        times = spent * its_error / GOAL, spent * its_error / error, spent * (its_mean / mean_error) ** 2
         return (
-            self.name, f"{tolerance:.0e}", f"{error:.1e}", "not reached" if seconds is None else f"{seconds:.3f}",
-            f"{own:.3f}", against(own), against(own * GOAL / error),
-            "-" if camera is None else f"{camera:.2f}", against(camera), seen,
+            self.name, f"{tolerance:.0e}", f"{error:.1e}", f"{mean_error:.3f}", f"{seconds:.3f}", f"{times[0]:.3f}",
+            *(f"{time / seconds:.2f}" for time in times), "" if camera is None else f"{camera:.2f}",
+            "" if camera is None else f"{camera / seconds:.1f}", seen,
         )  # fmt: skip
 
-    def _dapple_time(self):
+    def _to_goal(self):
+        """Tolerance, error, mean absolute error and CPU seconds of the first bake that reaches the goal, or last."""
         for tolerance in TOLERANCES:
             seconds, light, _ = self.bake(tolerance, 5)
             error = self.reference.maps.error(light)
             if error <= GOAL:
-                return tolerance, error, seconds
-        return tolerance, error, None
+                break
+        return tolerance, error, self.reference.maps.mean_error(light), seconds
 
-    def _photon_time(self):
-        """CPU seconds of `mitsuba_light` to the goal, of a loaded scene and with its kernels compiled."""
+    def _photons(self):
+        """CPU seconds, error and mean absolute error of _PHOTONS of `mitsuba_light`, with all compiled and loaded."""
         tracer = LightTracer(self.scene, mitsuba_scene.load(self.scene), RESOLUTION)
-
-        def run(photons):
-            return self.reference.maps.error(irradiance(self.texels, tracer.throw(photons, 77).maps))
-
-        return time_to(GOAL, run)
-
-    def _camera_time(self):
-        """The same of `ptracer`, on the texels that its camera sees, and their part."""
-        camera = FloorCamera(self.scene, *self.camera, RESOLUTION)
-        count = len(self.texels[0].texel)
-        truth = self.texels[0].image(self.reference.maps.light[:count])[camera.seen]
-
-        def run(photons):
-            picture = camera.caustics(max(1, round(photons / RESOLUTION**2)), 77)[camera.seen]
-            return ((picture - truth) ** 2).sum() / (truth**2).sum()
-
-        return time_to(GOAL, run, RESOLUTION**2), f"{camera.seen.mean():.0%}"
-
-
-def time_to(goal, run, first=_FIRST):
-    """CPU seconds until run(photons) returns no more than `goal`: photons are doubled until it does or until there are
-    _MOST, and the time of the last run is scaled to the goal, as the error falls with 1 / photons."""
-    photons = first
-    while True:
-        run(photons)
+        tracer.throw(_PHOTONS, 76)
         start = time.process_time()
-        error = run(photons)
+        landed = tracer.throw(_PHOTONS, 77)
+        seconds, maps = time.process_time() - start, self.reference.maps
+        light = irradiance(self.texels, landed.maps)
+        return seconds, maps.error(light), maps.mean_error(light)
+
+    def _camera(self):
+        """CPU seconds of `ptracer` to the goal, on the texels that its camera sees, and their part."""
+        camera = FloorCamera(self.scene, *self.camera, RESOLUTION)
+        count, paths = len(self.texels[0].texel), _PHOTONS // RESOLUTION**2
+        truth = self.texels[0].image(self.reference.maps.light[:count])[camera.seen]
+        camera.caustics(paths, 76)
+        start = time.process_time()
+        picture = camera.caustics(paths, 77)[camera.seen]
         seconds = time.process_time() - start
-        if error <= goal or photons >= _MOST:
-            return seconds * error / goal
-        photons *= 2
+        return seconds * ((picture - truth) ** 2).sum() / (truth**2).sum() / GOAL, f"{camera.seen.mean():.0%}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import waves as tests_waves
+from casters import no_water
 
 from dapple.kernels.maps.texels import rasterise
 from dapple.kernels.methods import solve
@@ -12,7 +13,7 @@ from dapple.kernels.scene import Glass, Mirror, Occluder, Point, Scene, Settings
 from . import caster_shapes as shapes
 from . import mitsuba_scene
 from .caster_references import irradiance, maps_of
-from .caster_scenes import dry, on_table
+from .caster_scenes import on_table
 from .mitsuba_light import LightTracer
 
 HEAD = ("check", "expected", "reference", "off by")
@@ -59,7 +60,7 @@ def _mirror():
     panel = shapes.caster("Panel", shapes.box([1.0, 1.0, 0.01]), mirror, (0, 0, -0.005), flat=True)
     wall = tests_waves.quad("Wall", [[1, -1, 0], [1, -1, 2], [1, 1, 2], [1, 1, 0]])
     direction = np.array([1, 0, -1]) / np.sqrt(2)
-    scene = Scene(dry(), (wall,), (), (Sun("Sun", direction, np.ones(3)),), casters=(panel,))
+    scene = Scene(no_water(), (wall,), (), (Sun("Sun", direction, np.ones(3)),), casters=(panel,))
     light, texels, _ = _landed(scene)
     share = mirror.f0 + (mirror.f90 - mirror.f0) * (1 - np.sqrt(0.5)) ** 5
     flux = texels[0].area @ light
@@ -76,7 +77,7 @@ def _closed_box():
     walls = tuple(tests_waves.quad(f"Wall {k}", corners[quad[::-1]]) for k, quad in enumerate(quads))
     ball = shapes.caster("Ball", shapes.ball(0.3, 512), Glass(1.5))
     lamp = Point("Lamp", np.array([-0.7, 0.1, 0.3]), np.ones(3))
-    light, texels, landed = _landed(Scene(dry(), walls, (), (lamp,), casters=(ball,)))
+    light, texels, landed = _landed(Scene(no_water(), walls, (), (lamp,), casters=(ball,)))
     away = np.linalg.norm(lamp.position)
     expected = 2 * np.pi * (1 - np.sqrt(1 - (0.3 / away) ** 2))
     flux = maps_of(texels, light).weight @ light
@@ -93,7 +94,7 @@ def _ball():
     for name, height, side in (("at the focus", focus, 0.008), ("one radius beyond it", focus + radius, 0.08)):
         floor = tests_waves.floor(side, -height)
         hole = _blind(aperture, 2.0)
-        scene = Scene(dry(), (floor,), hole, (tests_waves.sun((0, 0, -1)),), casters=(ball,))
+        scene = Scene(no_water(), (floor,), hole, (tests_waves.sun((0, 0, -1)),), casters=(ball,))
         light, texels, _ = _landed(scene, 2**25)
         at = np.hypot(*texels[0].positions[:, :2].T)
         weight = light[:, 0] * texels[0].area * (at < 2 * aperture)

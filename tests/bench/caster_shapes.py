@@ -1,10 +1,10 @@
-"""Meshes of casters and receivers in closed form: ball, ring, box, cut stone, tub of a mirror, terrain, hull."""
+"""Meshes of casters in closed form: ball, ring, box, cut stone, trough."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from dapple.kernels.scene import Caster, Receiver
+from dapple.kernels.scene import Caster
 
 
 def caster(name, surface, material, at=(0, 0, 0), flat=False):
@@ -93,23 +93,3 @@ def trough(radius, height, half_angle=np.pi / 2, parts=(256, 8)):
     positions, triangles = sheet(lambda u, v: np.stack([radius * np.cos(u), radius * np.sin(u), v], -1), u, v)
     normals = positions * [-1, -1, 0] / radius
     return positions, normals, triangles[:, ::-1]
-
-
-def ground(name, side, height, parts=160):
-    """A Receiver over the square of `side` [m] round the origin with heights of height(x, y)."""
-    axis = np.linspace(-side / 2, side / 2, parts + 1)
-    positions, triangles = sheet(lambda x, y: np.stack([x, y, height(x, y)], -1), axis, axis)
-    return Receiver(name, positions, triangles, (positions[triangles][:, :, :2]) / side + 0.5)
-
-
-def bowl(name, size, at, parts=(96, 48)):
-    """The lower half of an ellipsoid of half axes `size` (3,) about `at` as a Receiver: its map is seen from below."""
-    u, v = np.linspace(-1, 1, parts[0] + 1), np.linspace(-1, 1, parts[1] + 1)
-
-    def disc(u, v):
-        x, y = u * np.sqrt(1 - v * v / 2), v * np.sqrt(1 - u * u / 2)
-        return np.stack([x, y, -np.sqrt(np.maximum(1 - x * x - y * y, 0))], -1)
-
-    positions, triangles = sheet(disc, u, v)
-    uvs = (np.stack(np.meshgrid(u, v, indexing="ij"), -1).reshape(-1, 2) + 1) / 2
-    return Receiver(name, positions * size + at, triangles[:, ::-1], uvs[triangles[:, ::-1]])
