@@ -12,7 +12,7 @@ def draw(case, path):
     """Draw a Case as Dapple bakes it, its reference and the difference, a row for each receiver."""
     from matplotlib import pyplot
 
-    _, light, _ = case.bake(_ASKED, 1)
+    _, light, _ = case.bake(_ASKED)
     truth = case.reference.maps.light
     rows = list(zip(case.scene.receivers, case.images(light), case.images(truth), strict=True))
     figure, axes = pyplot.subplots(len(rows), 3, figsize=(9, 3.2 * len(rows)), squeeze=False)
