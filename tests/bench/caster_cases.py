@@ -26,7 +26,7 @@ GOAL = 1e-2
 _PHOTONS = 2**22  # of Mitsuba's, of which times are taken
 ERROR_HEAD = (
     "scene", "receiver", "method", "asked", "CPU [s]", "error", "of 6 meetings", "MAE", "FLIP", "energy",
-    "own estimate", "reference's error", "its MAE",
+    "own estimate", "reference's error", "its MAE", "its FLIP",
 )  # fmt: skip
 TIME_HEAD = (
     "scene", "Dapple asked", "error", "MAE", "CPU [s]", "Mitsuba, aimed [s]", "ratio", "ratio at Dapple's error",
@@ -73,7 +73,7 @@ class Case:
                 self.name, name, method, f"{tolerance:.0e}", f"{seconds:.2f}" if first else "",
                 *self._errors(light, part),
                 f"{work.estimated_error:.1e}" if first and work.estimated_error is not None else "",
-                *self._noise(0 if first else part + 1),
+                *self._noise(part),
             )  # fmt: skip
 
     def images(self, light):
@@ -89,8 +89,9 @@ class Case:
             f"{self._flip(light, part):.3f}", f"{100 * maps.energy(light, part):+.2f} %",
         )  # fmt: skip
 
-    def _noise(self, row):
-        return f"{self.reference.errors[row]:.0e}", f"{self.reference.mean_errors[row]:.3f}"
+    def _noise(self, part):
+        maps, half = self.reference.maps, self.reference.half
+        return f"{maps.error(half, part):.0e}", f"{maps.mean_error(half, part):.3f}", f"{self._flip(half, part):.3f}"
 
     def _flip(self, light, part):
         """HDR-FLIP of maps, the mean over receivers where `part` is None."""

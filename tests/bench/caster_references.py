@@ -48,14 +48,12 @@ class Maps:
 
 @dataclass(frozen=True)
 class CasterReference:
-    """maps: the Maps of all light; short: of the light that met no more than 6 specular surfaces; errors and
-    mean_errors: what `Maps.error` and `Maps.mean_error` are of its noise alone, of all receivers together and of each;
-    lost: cause -> (3,) [W]."""
+    """maps: the Maps of all light; short: of the light that met no more than 6 specular surfaces; half: light (K,3) of
+    one half of the photons, which is as far from `maps` as that is from the truth; lost: cause -> (3,) [W]."""
 
     maps: Maps
     short: Maps
-    errors: tuple
-    mean_errors: tuple
+    half: np.ndarray
     lost: dict
     photons: int
 
@@ -106,13 +104,13 @@ def _arrays(halves, rounds):
 def _reference(texels, flux, lost, photons):
     (first, first_short), (second, second_short) = ([irradiance(texels, kind) for kind in half] for half in flux)
     maps = maps_of(texels, (first + second) / 2)
-    parts = None, *range(len(texels))  # a half is half the difference off, as the mean is from the truth
-    errors, mean_errors = (tuple(of(first, part) for part in parts) for of in (maps.error, maps.mean_error))
-    return CasterReference(maps, maps_of(texels, (first_short + second_short) / 2), errors, mean_errors, lost, photons)
+    short = maps_of(texels, (first_short + second_short) / 2)
+    return CasterReference(maps, short, first, lost, photons)
 
 
 def _good(reference):
-    return reference.errors[0] <= _ENOUGH[0] and reference.mean_errors[0] <= _ENOUGH[1]
+    maps, half = reference.maps, reference.half
+    return maps.error(half) <= _ENOUGH[0] and maps.mean_error(half) <= _ENOUGH[1]
 
 
 def _digest(scene, texels):
