@@ -1,10 +1,11 @@
 """The smooth water that a mesh samples, as a finer mesh whose positions and normals are that water's.
 
 On every sheet of the water that is a height field, over the plan or over an upright plane, a B-spline is fitted to the
-vertices (`splines.py`). Each triangle is cut in k x k parts whose vertices take their heights and normals from it;
-elsewhere - on droplets, creases, and folds that the mesh barely resolves - the mesh keeps its shape. An edge bends only
-where both its ends lie on one sheet, so nothing opens between sheets. Over the plan nothing moves but up and down:
-outline, holes and areas are the mesh's.
+vertices; folds and overhangs between the sheets follow cubics between normals that relations along the edges give
+(`splines.py`). Each triangle is cut in k x k parts whose vertices take their places and normals from these; elsewhere -
+on droplets, creases, and folds that the mesh does not resolve - the mesh keeps its shape. An edge's shape depends on
+its ends alone, so nothing opens anywhere. Over the plan nothing moves but up and down: outline, holes and areas are the
+mesh's.
 
 k follows from how far the slopes depart from what the corners interpolate, which moves the light by so many texels.
 """
@@ -75,7 +76,7 @@ class Reconstruction:
         if self.error <= need.tolerance:
             return water, _AS_IT_IS + "which is fine enough"
         splines = Splines(water, self._smoothing)
-        level, upright = splines.count(water.triangles)
+        level, upright, between = splines.count(water.triangles)
         if not level + upright:
             return water, _AS_IT_IS + "since it is nowhere a wide and smooth height field"
         deviation = _rms(*splines.deviation(edges)) * need.reach
@@ -83,6 +84,7 @@ class Reconstruction:
         self.error = _INTERPOLATED * deviation**2 / parts**4
         finer = self._refined(water, splines, self._tessellation(water, splines.cut, parts))
         of = f"{level} of {len(water.triangles)} triangles" + (f", upright ones for {upright}" if upright else "")
+        of += f", cubics between their normals for {between}" if between else ""
         return (
             finer,
             f"B-splines over the plan, lambda = {self._smoothing.value:g}, for {of}, in {parts} x {parts} parts",
@@ -108,15 +110,13 @@ class Reconstruction:
     def _refined(water, splines, tessellation):
         """The Water of all vertices that a Tessellation asks for."""
         along, inside = tessellation.shares()
-        groups = [
-            (np.arange(len(water.positions))[None], np.ones((1, 1))),
-            (tessellation.ends, along),
-            (tessellation.inner, inside),
-        ]
-        points = [splines.between(*group) for group in groups]
-        positions, normals = (np.concatenate([p[k].reshape(3, -1) for p in points], 1) for k in (0, 1))
-        ends = np.take(points[0][1][..., 0], tessellation.ends, axis=1)
-        normals = evened(normals, _bends(splines, tessellation, ends, points[1][1]), tessellation)
+        groups = (tessellation.ends, along), (tessellation.inner, inside)
+        edges, inner = (splines.between(*group) for group in groups)
+        positions, normals = (
+            np.concatenate([corners, *(points[k].reshape(3, -1) for points in (edges, inner))], 1)
+            for k, corners in enumerate((splines.positions, splines.normals))
+        )
+        normals = evened(normals, _bends(splines, tessellation, edges[1]), tessellation)
         triangles = tessellation.triangles
         return replace(
             water,
@@ -128,10 +128,10 @@ class Reconstruction:
         )
 
 
-def _bends(splines, tessellation, ends, along):
+def _bends(splines, tessellation, along):
     """By how much (3,E) the normals in the middles of a Tessellation's edges depart from the mean of those at their
-    ends (3,2,E), as far as parabolas tell from normals `along` (3, E, k - 1) them."""
-    k = tessellation.k
+    ends, as far as parabolas tell from normals `along` (3, E, k - 1) them."""
+    k, ends = tessellation.k, np.take(splines.normals, tessellation.ends, axis=1)
     if k == 1:
         along, part = splines.between(tessellation.ends, np.full((2, 1), 0.5))[1], 0.5
     else:

@@ -1,10 +1,13 @@
-"""The splines on a water's sheets: which vertices lie on them, and positions and normals of points between those."""
+"""The smooth surface through a water's vertices: which of them lie on which sheet's spline, where tangents join those,
+and positions and normals between the vertices."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from .compact import compact
 from .fit import fit
+from .hermite import between_corners
 from .sheets import components, find_sheets, turned, turned_back
 
 _CREASE = 0.02  # of the distance of vertices, and
@@ -12,45 +15,73 @@ _OUTLIER = 8.0  # deviations: a vertex farther off the spline than both is not o
 
 
 class Splines:
-    """Height fields fitted to the sheets of a Water with smooth shading.
+    """Height fields fitted to the sheets of a Water with smooth shading, and cubics between vertices that share none.
 
     smoothing: the Smoothing of the sequence, settled on the sheet whose slopes vary most. sheets: those with vertices
-    left on them; cut (T,): whether a triangle hangs together with a vertex on any.
+    left on them; cut (T,): whether a triangle hangs together with a vertex on any. positions, normals (3,V): of the
+    vertices on this surface.
     """
 
     def __init__(self, water, smoothing):
-        self._positions, self._normals = water.positions.T, water.normals.T
+        self.positions, self.normals = water.positions.T, water.normals.T
         sheets = find_sheets(water.positions, water.triangles)
         self._smoothing = self._settle(smoothing, sheets, water.triangles)
         fields = [self._fit(sheet, water.triangles) for sheet in sheets]
         known = [(sheet, field) for sheet, field in zip(sheets, fields, strict=True) if sheet.on.any()]
         self.sheets, self._fields = [sheet for sheet, _ in known], [field for _, field in known]
         # The side of the normals is that of the mesh's own.
-        self._sides = [-1.0 if self._normals[s.axis, s.on].sum() < 0 else 1.0 for s in self.sheets]
+        self._sides = [-1.0 if self.normals[s.axis, s.on].sum() < 0 else 1.0 for s in self.sheets]
         body = components(water.triangles, len(water.positions))
         alive = np.zeros(len(water.positions), bool)
         for sheet in self.sheets:
             alive[body[sheet.on]] = True
         self.cut = alive[body[water.triangles[:, 0]]]
+        self._known = np.zeros(len(alive), bool)
+        corners = np.arange(len(alive))[None], np.ones((1, 1))
+        self.positions, self.normals = (v[..., 0] for v in self.between(*corners))
+        self._join(water.triangles)
+
+    def _join(self, triangles):
+        """Find the tangents at all corners of triangles that lie on no one sheet, where the mesh resolves them."""
+        apart = self.cut & ~self._on_one(triangles)
+        if not apart.any():
+            return
+        near, corner = (np.zeros(len(self._known), bool) for _ in range(2))
+        near[triangles[apart]] = corner[triangles[apart]] = True
+        for _ in range(2):
+            round_it = self.cut & near[triangles].any(1)
+            near[triangles[round_it]] = True
+        on = np.any([sheet.on for sheet in self.sheets], axis=0)
+        found = compact(self.positions, self.normals, triangles[round_it], on)
+        use = np.flatnonzero(found.sound & corner[found.vertices])
+        at = found.vertices[use]
+        self._known[at] = True
+        self.normals[:, at] = found.normals[:, use]
+        self._turns = np.zeros((3, 3, len(self._known)))
+        self._turns[:, :, at] = found.turns[:, :, use]
+
+    def _on_one(self, triangles):
+        """Whether all corners of triangles (n,3) lie on one sheet."""
+        return np.any([sheet.on[triangles].all(1) for sheet in self.sheets], axis=0)
 
     def _settle(self, smoothing, sheets, triangles):
         """The lambda for these sheets."""
-        slopes = [_slopes(turned(self._normals[:, s.support], s.axis)) for s in sheets]
+        slopes = [_slopes(turned(self.normals[:, s.support], s.axis)) for s in sheets]
         if not sheets:
             return None
         k = int(np.argmax([(s.var(1) * s.shape[1]).sum() for s in slopes]))
-        points = turned(self._positions[:, sheets[k].support], sheets[k].axis)
+        points = turned(self.positions[:, sheets[k].support], sheets[k].axis)
         return smoothing.settle(points.T, slopes[k], self._distance(sheets[k], triangles))
 
     def _distance(self, sheet, triangles):
         """Typical distance [m] of neighbours across the heights: as on a square grid of as many vertices."""
-        x, y = turned(self._positions, sheet.axis)[:2, triangles[sheet.faces].T]
+        x, y = turned(self.positions, sheet.axis)[:2, triangles[sheet.faces].T]
         area = np.abs((x[1] - x[0]) * (y[2] - y[0]) - (y[1] - y[0]) * (x[2] - x[0])).sum() / 2
         return float(np.sqrt(area / len(sheet.support)))
 
     def _fit(self, sheet, triangles):
         """The HeightField of a sheet; vertices that do not lie on it are taken from sheet.on, with two rings."""
-        points = turned(self._positions[:, sheet.support], sheet.axis)
+        points = turned(self.positions[:, sheet.support], sheet.axis)
         distance = self._distance(sheet, triangles)
         field = fit(points.T, distance, self._smoothing)
         off = np.abs(field.at(*points[:2])[0] - points[2])
@@ -65,9 +96,10 @@ class Splines:
 
     def between(self, ends, shares):
         """Positions and normals (3, n, m), not unit off the sheets, at the convex combinations shares (c, m) of the
-        vertices ends (c, n): on a spline where all of them lie on its sheet, straight between them elsewhere."""
+        vertices ends (c, n): on a spline where all of them lie on its sheet, on a cubic where all their tangents are
+        known, straight between them elsewhere."""
         position, normal = (
-            np.einsum("icn,cm->inm", np.take(v, ends, axis=1), shares) for v in (self._positions, self._normals)
+            np.einsum("icn,cm->inm", np.take(v, ends, axis=1), shares) for v in (self.positions, self.normals)
         )
         left = np.ones(ends.shape[1], bool)
         for sheet, field, side in zip(self.sheets, self._fields, self._sides, strict=True):
@@ -79,26 +111,34 @@ class Splines:
             position[:, take] = turned_back(np.stack([x, y, z]), sheet.axis)
             upright = side / np.sqrt(1 + slope_x**2 + slope_y**2)
             normal[:, take] = turned_back(np.stack([-slope_x * upright, -slope_y * upright, upright]), sheet.axis)
+        joined = np.flatnonzero(left & self._known[ends].all(0))
+        if len(joined) and len(ends) > 1:
+            at = ends[:, joined]
+            cubic = between_corners(self.positions[:, at], self.normals[:, at], self._turns[:, :, at], shares)
+            position[:, joined], normal[:, joined] = cubic[:3], cubic[3:]
         return position, normal
 
     def deviation(self, edges):
         """Slopes over the plan at the middles of edges (2,n) less the mean of their ends', as a length (n,), at most 1,
-        and the edges' lengths (n,) in plan; 0 off the sheets over the plan."""
-        (_, middle), (_, ends) = (self.between(edges, shares) for shares in (np.full((2, 1), 0.5), np.eye(2)))
-        off = np.hypot(*(_slopes(middle)[..., 0] - _slopes(ends).mean(-1)))
+        and the edges' lengths (n,) in plan; the same of the normals on cubics, and 0 elsewhere."""
+        middle, ends = self.between(edges, np.full((2, 1), 0.5))[1][..., 0], self.normals[:, edges]
+        off = np.minimum(np.hypot(*(_slopes(middle) - _slopes(ends).mean(1))), 1.0)
         on = np.zeros(edges.shape[1], bool)
         for sheet in self.sheets:
             on |= sheet.on[edges].all(0) & (sheet.axis == 2)
-        run = self._positions[:2, edges[1]] - self._positions[:2, edges[0]]
-        return np.where(on, np.minimum(off, 1.0), 0.0), np.hypot(*run)
+        cubic = ~on & self._known[edges].all(0)
+        off[cubic] = np.sqrt(((middle - ends.mean(1))[:, cubic] ** 2).sum(0))
+        run = self.positions[:2, edges[1]] - self.positions[:2, edges[0]]
+        return np.where(on | cubic, off, 0.0), np.hypot(*run)
 
     def count(self, triangles):
-        """How many of triangles (T,3) follow splines over the plan, and over upright planes."""
-        left, found = np.ones(len(triangles), bool), [0, 0]
+        """How many of triangles (T,3) follow splines over the plan, splines over upright planes, and cubics."""
+        left, found = np.ones(len(triangles), bool), [0, 0, 0]
         for sheet in self.sheets:
             here = left & sheet.on[triangles].all(1)
             left &= ~here
             found[sheet.axis != 2] += np.count_nonzero(here)
+        found[2] = np.count_nonzero(left & self._known[triangles].all(1))
         return found
 
 

@@ -185,13 +185,13 @@ def test_a_breaking_wave_is_smooth_on_all_its_sides():
         np.arccos(np.clip((w.normals * exact(w.positions)).sum(1) / np.linalg.norm(w.normals, axis=1), -1, 1))
         for w in (flat_parts, smooth)
     )
-    assert found.max() < 1.001 * raw.max()
+    assert found.max() < raw.max() / 2
     steep = np.repeat(overhang, len(smooth.triangles) // len(mesh.triangles))
     bent = (smooth.positions != flat_parts.positions).any(1)
     for faces in (smooth.triangles[steep], smooth.triangles[~steep]):
         here = faces[bent[faces].all(1)].ravel()
-        assert len(here) > 1000 and np.sqrt((found[here] ** 2).mean()) < 0.7 * np.sqrt((raw[here] ** 2).mean())
-    assert "upright" in sentence
+        assert len(here) > 1000 and np.sqrt((found[here] ** 2).mean()) < np.sqrt((raw[here] ** 2).mean()) / 3
+    assert "cubics" in sentence
 
 
 def test_droplets_and_fins_stay_as_they_are():
@@ -242,7 +242,7 @@ def test_a_step_in_the_water_is_not_smoothed_away():
     z = np.where(x > 0.01, 0.3, 0.0) + 0.2 * np.abs(y)
     mesh = shaded_smooth(np.stack([x, y, z], 1), triangles)
     smooth, _ = Reconstruction().apply(mesh, FINE)
-    assert np.abs(smooth.positions[: len(x), 2] - z).max() < 0.02 * 0.1 * 1.01
+    assert np.abs(smooth.positions[: len(x), 2] - z).max() < 0.02 * 0.1
     assert smooth.positions[:, 2].max() < 0.71 and smooth.positions[:, 2].min() > -0.01
 
 
