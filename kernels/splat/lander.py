@@ -101,7 +101,8 @@ class Lander:
         """Unit directions (3,k) of rays of the light that is `towards` the water, from where its normals are n (3,k),
         and the share (k,) of light in each."""
         g, share = self._turn(dot(towards, n), dot(n, n), self._eta)
-        return n * g - towards * self._keep, share
+        direction = n * g - towards * self._keep
+        return direction, share if self._enters else np.where(self._meetings.sinks(direction), 0.0, share)
 
     def land(self, m, n, shadowed):
         """Nodes of points m (3,k) with normals n (3,k), in the world; shadowed (k,) bool: look for a shadow there."""

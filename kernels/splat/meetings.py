@@ -89,6 +89,11 @@ class Meetings:
             return np.ones(direction.shape[1], bool)
         return np.abs(direction[2]) <= self.slope * np.sqrt(direction[0] ** 2 + direction[1] ** 2)
 
+    def sinks(self, direction):
+        """Whether (k,) rays that the water reflects along direction (3,k) go down into it more steeply than it is
+        anywhere: interpolated normals send them there, no light goes so."""
+        return direction[2] < -self.slope * np.sqrt(direction[0] ** 2 + direction[1] ** 2)
+
     def never(self, source):
         """Whether no ray of a source, see `sources.py`, can meet the water again that is refracted into it, nor be in
         the shadow of other water: refracted rays lie between the light's direction and the normal."""

@@ -22,7 +22,7 @@ def leaning(scene, chosen, normal):
     return replace(scene, water=replace(scene.water, normals=normals))
 
 
-@pytest.mark.parametrize("elevation", [45, 20])
+@pytest.mark.parametrize("elevation", [45, 20, 10])
 def test_interpolated_normals_below_the_horizon(every_method, elevation):
     """Some vertices' normals lean so far that the sun is below their horizon
 
@@ -34,7 +34,7 @@ def test_interpolated_normals_below_the_horizon(every_method, elevation):
     scene = leaning(still, slice(None, None, 7), [0.9, 0.3, 0.3 / np.tan(e / 2)])
     assert (scene.water.normals @ -scene.lights[0].direction < 0).any()
     expected = trace(scene, SIDE, photons=600_000)
-    every_method(scene, expected, SIDE, 5e-3, 0.1, right=("points",), sentences=[r"normals whose back"])
+    every_method(scene, expected, SIDE)
 
 
 @pytest.mark.parametrize("normal", [0.0, np.nan], ids=["zero", "not a number"])

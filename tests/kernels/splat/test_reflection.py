@@ -1,5 +1,7 @@
 """Light that the water reflects, against closed forms, and which of the water can send it to a receiver."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from waves import five_sines, flat, floor, quad, sun, transmitted, turned, water
@@ -115,3 +117,29 @@ def test_a_pool_whose_floor_lies_below_needs_no_second_look():
     meetings = Meetings.of(lit, w.twins, Tracer(*soup(())), 1.333)
     assert not may_reflect_onto(lit, [floor()], meetings).any()
     assert not may_reflect_onto(lit, [], meetings).any()
+
+
+@either
+def test_no_light_is_reflected_into_the_water(points):
+    """Normals that lean far turn some light down into still water, which no light does: only what passes arrives."""
+    w = water(flat, 12, side=4.0)
+    normals = w.normals.copy()
+    normals[::7] = [0.9, 0.3, 1.7]
+    w, light = replace(w, normals=normals), slanted(70.0)
+    answer = bake(Scene(w, (floor(side=40.0),), (), (light,)), 32, 1e-4, points)
+    k = 60
+    i, j = (v.ravel() for v in np.indices((k, k)))
+    share = np.stack([i + 1 / 3, j + 1 / 3], 1)[i + j < k] / k
+    share = np.concatenate([share, np.stack([i + 2 / 3, j + 2 / 3], 1)[i + j < k - 1] / k])
+    corners = normals[w.triangles]
+    corners = corners[corners.sum(1) @ light.direction < 0]  # triangles that face away on the whole take no light
+    n = np.einsum("sk,tkx->tsx", np.c_[1 - share.sum(1), share], corners)
+    n /= np.linalg.norm(n, axis=2, keepdims=True)
+    cosine = n @ -light.direction
+    turned_down = 2 * cosine * n[..., 2] + light.direction[2] < 0
+    assert (turned_down & (cosine > 0)).mean() > 0.01
+    table = np.linspace(1e-6, 1.0, 4001)
+    passes = np.interp(cosine, table, [transmitted(c) for c in table], left=0.0).mean()
+    entering = answer.diagnostics.flux_in[0]
+    assert answer.diagnostics.flux_received["Floor"][0] == pytest.approx(entering * passes, rel=2e-3)
+    assert answer.diagnostics.flux_lost["reflected"][0] == pytest.approx(entering * (1 - passes), rel=2e-3)
