@@ -22,8 +22,8 @@ from .wide import blur_wide
 # 2); of what comes over the border of n^2 texels, the least of _RIM_ERROR R^2 / n and _MOST_RIM; of taking the mean of
 # all waves for each, _MEAN_ERROR.
 _GRID_ERROR, _CHANGE, _RIM_ERROR, _MOST_RIM, _MEAN_ERROR = 1.1e-2, 0.07, 0.09, 0.05, 1.5e-4
-_GRAIN = 4  # cells along a texel, at most
-_VARIED = 3.2  # variance of a map over its squared mean, for the choice of the grid: 0.3 to that was seen
+_GRAIN, _ENDLESS = 4, 1e6  # cells along a texel, at most, and as many as make no difference
+_VARIED = 3.2  # variance of light over its squared mean, for the choice of the grid: 0.3 to that was seen
 _SHARE = 0.7  # of the tolerance, at most: finer cells cost more than beams that are split further
 _LEAST = 0.1  # texels: smaller ellipses change nothing
 _WIDE = 5.0  # texels: where transforms are quicker, and what crosses a border is no small part of a chart
@@ -48,13 +48,10 @@ class Disc:
         self.seen = max(sizes) > _LEAST
         if not self.seen:
             return
-        counts = [m.shape[1] for m in self._moments]
-        for self.grain in range(1, _GRAIN + 1):
-            self._errors = [_error(*of, self.grain) for of in zip(sizes, counts, strict=True)]
-            own = _VARIED * np.average(self._errors, weights=counts)
-            if own <= _SHARE * tolerance:
-                break
-        self.left = max(tolerance - own, (1 - _SHARE) * tolerance)
+        lit_part = min(lit.area.sum() / sum(t.area.sum() for t in texels), 1.0)  # of the texels, if all light arrives
+        varied = (1 + _VARIED) / lit_part - 1
+        self.grain, self._errors, own = _grid(sizes, [m.shape[1] for m in self._moments], _SHARE * tolerance / varied)
+        self.left = max(tolerance - varied * own, (1 - _SHARE) * tolerance)
 
     def doubt(self, light):
         """Relative mean squared error that `blur` leaves on texels with irradiance `light` (K,), blurred."""
@@ -76,6 +73,19 @@ class Disc:
             for k, (texels, moments) in enumerate(zip(self._texels, self._moments, strict=True))
         ]
         return np.stack(images, axis=1).reshape(len(flux), -1)
+
+
+def _grid(sizes, counts, enough):
+    """How many cells along a texel leave an error per variance of no more than `enough`, or than twice that of cells
+    without end; the error of each image, of `counts` texels under ellipses with half axes `sizes`, and that of all."""
+
+    def errors(grain):
+        own = [_error(*of, grain) for of in zip(sizes, counts, strict=True)]
+        return own, np.average(own, weights=counts)
+
+    enough = max(enough, 2 * errors(_ENDLESS)[1])
+    grain = next((g for g in range(1, _GRAIN) if errors(g)[1] <= enough), _GRAIN)
+    return grain, *errors(grain)
 
 
 def _error(size, count, grain):

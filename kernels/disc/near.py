@@ -113,28 +113,27 @@ def _at_borders(cells, chart, inner, kinds, grain):
     channels, (rows, columns) = len(cells), chart.shape
     row, column = np.nonzero((chart >= 0) & ~inner)
     place = np.arange(grain)
-    own = cells[:, row * grain + place[:, None, None], column * grain + place[:, None]].reshape(
-        channels, grain * grain, -1
-    )
+    own = cells[:, row * grain + place[:, None, None], column * grain + place[:, None]]
+    own = own.reshape(channels, grain * grain, -1)
     out = np.zeros((channels, rows * columns))
-    for taps, weight in kinds:
-        share = weight[row, column]
-        at = np.flatnonzero(share)
-        if not len(at):
-            continue
-        target = _thrown_back(chart, row[at], column[at], _reach(taps)).ravel()
-        for channel in range(channels):
-            out[channel] += np.bincount(
-                target, (taps @ (own[channel][:, at] * share[at])).ravel(), minlength=rows * columns
-            )
+    for reach in {_reach(taps) for taps, _ in kinds}:
+        target = _thrown_back(chart, row, column, reach)
+        for taps, weight in kinds:
+            if _reach(taps) == reach:
+                share = weight[row, column]
+                at = np.flatnonzero(share)
+                to = target[:, at].ravel()
+                for channel in range(channels):
+                    given = taps @ (own[channel][:, at] * share[at])
+                    out[channel] += np.bincount(to, given.ravel(), minlength=rows * columns)
     return out.reshape(channels, rows, columns)
 
 
 def _thrown_back(chart, row, column, reach):
     """Flat index (S,n) of the texels that texels (n,) reach by all shifts, thrown back by the border of their chart
     along rows and along columns; their own where that, too, is off it."""
-    down, right = (steps[:, None] for steps in _shifts(reach))
-    number = chart[row, column]
+    number, columns = chart[row, column], chart.shape[1]
+    steps = np.arange(-reach, reach + 1)[:, None]
     padded = np.pad(chart, reach, constant_values=-1)
 
     def run(down, right):
@@ -145,13 +144,14 @@ def _thrown_back(chart, row, column, reach):
             count += going
         return count
 
-    down, right = _mirrored(down, run(-1, 0), run(1, 0)), _mirrored(right, run(0, -1), run(0, 1))
-    on = padded[row + reach + down, column + reach + right] == number
-    return np.where(on, (row + down) * chart.shape[1] + column + right, row * chart.shape[1] + column)
+    to_row = row + _mirrored(steps, run(-1, 0), run(1, 0))
+    to_column = column + _mirrored(steps, run(0, -1), run(0, 1))
+    target = (to_row[:, None] * columns + to_column).reshape(-1, len(row))
+    return np.where(np.take(chart, target) == number, target, row * columns + column)
 
 
 def _mirrored(step, before, after):
-    """Steps (S,n) of step (S,1) where `before` (n,) are free one way and `after` (n,) the other."""
+    """Steps (s,n) of step (s,1) where `before` (n,) are free one way and `after` (n,) the other."""
     step = np.where(step > after, 2 * after + 1 - step, step)
     step = np.where(step < -before, -2 * before - 1 - step, step)
     return np.clip(step, -before, after)

@@ -25,7 +25,8 @@ def edge_coverage(starts, ends, weights, shape):
     for k in range(0, weights.shape[1], _BLOCK):
         block = slice(k, k + _BLOCK)
         _deposit(starts[:, block], ends[:, block], weights[:, block], shape, deposits)
-    return np.cumsum(deposits.take().reshape(-1, height, width + 3), axis=2)[:, :, :width]
+    sums = deposits.take().reshape(-1, height, width + 3)
+    return np.cumsum(sums, axis=2, out=sums)[:, :, :width]
 
 
 class _Deposits:
@@ -49,9 +50,12 @@ class _Deposits:
     def _flush(self):
         if self._pending:
             cell = np.concatenate([c for c, _ in self._pending])
+            low = cell.min()
+            cell -= low
             for channel, sums in enumerate(self._sums):
                 values = np.concatenate([v[channel] for _, v in self._pending])
-                sums += np.bincount(cell, values, minlength=len(sums))
+                near = np.bincount(cell, values)  # edges come in the mesh's order: most batches touch a part
+                sums[low : low + len(near)] += near
         self._pending, self._count = [], 0
 
 

@@ -9,6 +9,7 @@ from ..maps.coverage import edge_coverage
 _ROUNDING = 1e-13  # of all flux
 _THIN = 1e-9  # texels^2: images without area land point by point
 _NEXT = [1, 2, 0]
+_BLOCK = 1 << 16  # cells at once
 
 
 class Sheet:
@@ -81,7 +82,11 @@ class Sheet:
             return self._flux
         shape = (self.images * self.side, self.side)
         edges = (np.concatenate(v, axis=-1) for v in (self._starts, self._ends, self._weights))
-        flux = self._flux + edge_coverage(*edges, shape).reshape(self.channels, -1)
-        floor = _ROUNDING * flux.sum(1, keepdims=True)
-        flux[np.abs(flux) < floor] = 0  # what sums along a row leave in texels that nothing covers
-        return flux
+        self._flux.reshape(self.channels, *shape)[:] += edge_coverage(*edges, shape)
+        self._starts, self._ends, self._weights = [], [], []
+        for own in self._flux:
+            floor = _ROUNDING * own.sum()
+            for k in range(0, len(own), _BLOCK):
+                part = own[k : k + _BLOCK]
+                part[np.abs(part) < floor] = 0  # what sums along a row leave in texels that nothing covers
+        return self._flux
