@@ -17,11 +17,11 @@ from .moments import ellipses
 from .near import blur_near
 from .wide import blur_wide
 
-# Measured on eight pools and suns against 256 suns of no width, error per variance of the map: of cells that are g to a
-# texel under ellipses with half axes of R texels, the least of _GRID_ERROR and _CHANGE R^2, over g^1.5 (1 + (g R)^3 /
-# 2); of what comes over the border of n^2 texels, the least of _RIM_ERROR R^2 / n and _MOST_RIM; of taking the mean of
-# all waves for each, _MEAN_ERROR.
-_GRID_ERROR, _CHANGE, _RIM_ERROR, _MOST_RIM, _MEAN_ERROR = 1.1e-2, 0.07, 0.09, 0.05, 1.5e-4
+# Measured on eight pools and suns against 256 suns of no width, error per variance of the map, within a factor of
+# three: of cells that are g to a texel under ellipses with half axes of R texels, the least of _GRID_ERROR and _CHANGE
+# R^2, over g^2 (1 + (g R)^3 / 2); of what comes over the border of n^2 texels, the least of _RIM_ERROR R^2 / n and
+# _MOST_RIM; of taking the mean of all waves for each, _MEAN_ERROR.
+_GRID_ERROR, _CHANGE, _RIM_ERROR, _MOST_RIM, _MEAN_ERROR = 2e-2, 0.07, 0.09, 0.05, 1.5e-4
 _GRAIN, _ENDLESS = 4, 1e6  # cells along a texel, at most, and as many as make no difference
 _VARIED = 3.2  # variance of light over its squared mean, for the choice of the grid: 0.3 to that was seen
 _SHARE = 0.7  # of the tolerance, at most: finer cells cost more than beams that are split further
@@ -34,11 +34,11 @@ class Disc:
     """What the disc of half angle `radius` [rad] does to the maps of receivers under a LitWater.
 
     texels: Texels of the receivers; eta: of the water; tolerance: relative mean squared error that is good enough, of
-    which `left` is for what is to be blurred. `seen` tells whether it does anything; `grain` is the number of cells
-    along a texel that `blur` needs.
+    which `left` is for what is to be blurred; finest: the most cells along a texel. `seen` tells whether it does
+    anything; `grain` is the number of cells along a texel that `blur` needs.
     """
 
-    def __init__(self, lit, receivers, texels, eta, radius, tolerance):
+    def __init__(self, lit, receivers, texels, eta, radius, tolerance, finest=_GRAIN):
         self.grain, self.left, self._texels = 1, tolerance, texels
         self.seen = radius > 0 and lit.area.any()
         if not self.seen:
@@ -50,7 +50,8 @@ class Disc:
             return
         lit_part = min(lit.area.sum() / sum(t.area.sum() for t in texels), 1.0)  # of the texels, if all light arrives
         varied = (1 + _VARIED) / lit_part - 1
-        self.grain, self._errors, own = _grid(sizes, [m.shape[1] for m in self._moments], _SHARE * tolerance / varied)
+        counts = [m.shape[1] for m in self._moments]
+        self.grain, self._errors, own = _grid(sizes, counts, _SHARE * tolerance / varied, finest)
         self.left = max(tolerance - varied * own, (1 - _SHARE) * tolerance)
 
     def doubt(self, light):
@@ -74,23 +75,35 @@ class Disc:
         ]
         return np.stack(images, axis=1).reshape(len(flux), -1)
 
+    def blur_light(self, light):
+        """Irradiance (K,3) of the texels of all receivers, blurred, with no finer cells than these."""
+        flux = light.T * np.concatenate([t.area for t in self._texels])
+        cuts = np.cumsum([len(t.area) for t in self._texels])[:-1]
+        images = np.zeros((3, len(self._texels), self._texels[0].resolution ** 2))
+        for k, (texels, own) in enumerate(zip(self._texels, np.split(flux, cuts, axis=1), strict=True)):
+            images[:, k, texels.texel] = own
+        blurred = self.blur(images.reshape(3, -1)).reshape(images.shape)
+        owned = [[t.gather(image)[0] for t, image in zip(self._texels, channel, strict=True)] for channel in blurred]
+        return (np.array([np.concatenate(own) for own in owned]) / np.concatenate([t.area for t in self._texels])).T
 
-def _grid(sizes, counts, enough):
-    """How many cells along a texel leave an error per variance of no more than `enough`, or than twice that of cells
-    without end; the error of each image, of `counts` texels under ellipses with half axes `sizes`, and that of all."""
+
+def _grid(sizes, counts, enough, finest):
+    """How many cells along a texel, up to `finest`, leave an error per variance of no more than `enough`, or than twice
+    that of cells without end; the error of each image, of `counts` texels under ellipses with half axes `sizes`, and
+    that of all."""
 
     def errors(grain):
         own = [_error(*of, grain) for of in zip(sizes, counts, strict=True)]
         return own, np.average(own, weights=counts)
 
     enough = max(enough, 2 * errors(_ENDLESS)[1])
-    grain = next((g for g in range(1, _GRAIN) if errors(g)[1] <= enough), _GRAIN)
+    grain = next((g for g in range(1, finest) if errors(g)[1] <= enough), finest)
     return grain, *errors(grain)
 
 
 def _error(size, count, grain):
     """Error per variance on `count` texels under ellipses with half axes of `size` texels."""
-    grid = min(_GRID_ERROR, _CHANGE * size**2) / (grain**1.5 * (1 + (grain * size) ** 3 / 2))
+    grid = min(_GRID_ERROR, _CHANGE * size**2) / (grain**2 * (1 + (grain * size) ** 3 / 2))
     return grid + min(_RIM_ERROR * size**2 / np.sqrt(max(count, 1)), _MOST_RIM) + _MEAN_ERROR
 
 

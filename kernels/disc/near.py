@@ -146,7 +146,7 @@ def _thrown_back(chart, row, column, reach):
 
     to_row = row + _mirrored(steps, run(-1, 0), run(1, 0))
     to_column = column + _mirrored(steps, run(0, -1), run(0, 1))
-    target = (to_row[:, None] * columns + to_column).reshape(-1, len(row))
+    target = (to_row[:, None] * columns + to_column).reshape(len(steps) ** 2, len(row))
     return np.where(np.take(chart, target) == number, target, row * columns + column)
 
 

@@ -13,6 +13,7 @@ import time
 
 import numpy as np
 
+from ..disc.disc import Disc
 from ..rays import Tracer, soup
 from ..scene import Diagnostics, Sun
 from ..solution import answer, check_texels
@@ -26,7 +27,6 @@ _REASONS = {
     True: "one exact path per texel",
 }
 _LEFT_OUT = [
-    "the sun's disc: light comes from its centre",
     "light that meets the water twice or is reflected by it",
 ]
 
@@ -53,7 +53,7 @@ def solve(scene, texels, settings):
     if settings.first_root:
         irradiance, status = first_root.solve(texels, lights, work, clock)
     else:
-        irradiance, status = _means(scene, texels, lights, objects, settings, work)
+        irradiance, status = _means(scene, texels, list(zip(known, lights)), objects, settings, work)
         clock.lap("paths")
     area = np.concatenate([np.zeros(0), *(t.area for t in texels)])
     work.flux_lost["elsewhere"] = work.flux_in - area @ irradiance
@@ -61,16 +61,43 @@ def solve(scene, texels, settings):
 
 
 def _means(scene, texels, lights, objects, settings, work):
-    """Irradiance (K,3) in the mean over all texels, and status (K,)."""
-    means = Means(scene, texels, lights, objects, work.paths)
-    irradiance, work.estimated_error = means.solve(settings.tolerance, settings.seed)
-    status = np.where(means.seen, Status.LIT, np.where(means.some, Status.BLOCKED, Status.NO_WATER)).astype(np.uint8)
-    dark = np.flatnonzero(~means.some)
+    """Irradiance (K,3) in the mean over all texels, and status (K,), of pairs of lights and their LightPaths."""
+    count = sum(len(t.texel) for t in texels)
+    irradiance, errors = np.zeros((count, 3)), [0.0]
+    some, seen, missing = np.zeros((3, count), bool)
+    for disc, group in _by_disc(scene, texels, lights, settings.tolerance):
+        means = Means(scene, texels, group, objects, work.paths)
+        light, error = means.solve(disc.left if disc else settings.tolerance, settings.seed)
+        if disc:
+            light = disc.blur_light(light)
+            error += disc.doubt(light.mean(1))
+            seen |= light.any(1)
+        irradiance += light
+        errors.append(error)
+        some, seen, missing = some | means.some, seen | means.seen, missing | means.missing
+    work.estimated_error = max(errors)
+    status = np.where(seen, Status.LIT, np.where(some, Status.BLOCKED, Status.NO_WATER)).astype(np.uint8)
+    dark = np.flatnonzero(~(some | seen))
     positions = np.concatenate([np.zeros((0, 3)), *(t.positions for t in texels)])[dark]
-    for paths in lights:
+    for _, paths in lights:
         status[dark[paths.first_water(positions) >= 0]] = Status.DARK
-    status[means.missing] = Status.INCOMPLETE
+    status[missing] = Status.INCOMPLETE
     return irradiance, status
+
+
+def _by_disc(scene, texels, lights, tolerance):
+    """Pairs of a Disc and the LightPaths of its sun, and one of None and those of all lights without a disc that is
+    seen."""
+    plain = []
+    for light, paths in lights:
+        radius = light.angle / 2 if isinstance(light, Sun) else 0.0
+        disc = Disc(paths.lit, scene.receivers, texels, scene.eta, radius, tolerance, finest=1)
+        if disc.seen:
+            yield disc, [paths]
+        else:
+            plain.append(paths)
+    if plain or not lights:
+        yield None, plain
 
 
 class _Clock:

@@ -14,6 +14,7 @@ from .walkers import Walk
 LEFT_OUT = [
     "every path to a texel but the first that the walk meets",
     "the mean over the texel: the value is the one at its centre",
+    "the sun's disc: light comes from its centre",
 ]
 
 

@@ -58,7 +58,7 @@ class Means:
             if not chosen.any():
                 break
             strata = np.maximum(strata, wanted)
-        self._paths["sub_points"] = int(2 * (strata**2).sum())
+        self._paths["sub_points"] = self._paths.get("sub_points", 0) + int(2 * (strata**2).sum())
         return even + halves.mean(0), float(error)
 
     def _thrown_together(self, tolerance):
