@@ -22,7 +22,7 @@ from .wide import blur_wide
 # R^2, over g^2 (1 + (g R)^3 / 2); of what comes over the border of n^2 texels, the least of _RIM_ERROR R^2 / n and
 # _MOST_RIM; of taking the mean of all waves for each, _MEAN_ERROR.
 _GRID_ERROR, _CHANGE, _RIM_ERROR, _MOST_RIM, _MEAN_ERROR = 2e-2, 0.07, 0.09, 0.05, 1.5e-4
-_GRAIN, _ENDLESS = 4, 1e6  # cells along a texel, at most, and as many as make no difference
+_GRAIN = 4  # cells along a texel, at most
 _VARIED = 3.2  # variance of light over its squared mean, for the choice of the grid: 0.3 to that was seen
 _SHARE = 0.7  # of the tolerance, at most: finer cells cost more than beams that are split further
 _LEAST = 0.1  # texels: smaller ellipses change nothing
@@ -88,23 +88,26 @@ class Disc:
 
 
 def _grid(sizes, counts, enough, finest):
-    """How many cells along a texel, up to `finest`, leave an error per variance of no more than `enough`, or than twice
-    that of cells without end; the error of each image, of `counts` texels under ellipses with half axes `sizes`, and
-    that of all."""
+    """How many cells along a texel, up to `finest`, leave an error per variance of no more than `enough`, or where
+    other causes leave much of that half of it; the error of each image, of `counts` texels under ellipses with
+    half axes `sizes`, and that of all."""
+    rest = np.array([_rest(*of) for of in zip(sizes, counts, strict=True)])
+    allowed = max(enough - np.average(rest, weights=counts), enough / 2)
+    for grain in range(1, finest + 1):
+        own = np.array([_grid_error(size, grain) for size in sizes])
+        if np.average(own, weights=counts) <= allowed:
+            break
+    return grain, own + rest, np.average(own + rest, weights=counts)
 
-    def errors(grain):
-        own = [_error(*of, grain) for of in zip(sizes, counts, strict=True)]
-        return own, np.average(own, weights=counts)
 
-    enough = max(enough, 2 * errors(_ENDLESS)[1])
-    grain = next((g for g in range(1, finest) if errors(g)[1] <= enough), finest)
-    return grain, *errors(grain)
+def _grid_error(size, grain):
+    """Error per variance that `grain` cells along a texel leave under ellipses with half axes of `size` texels."""
+    return min(_GRID_ERROR, _CHANGE * size**2) / (grain**2 * (1 + (grain * size) ** 3 / 2))
 
 
-def _error(size, count, grain):
-    """Error per variance on `count` texels under ellipses with half axes of `size` texels."""
-    grid = min(_GRID_ERROR, _CHANGE * size**2) / (grain**2 * (1 + (grain * size) ** 3 / 2))
-    return grid + min(_RIM_ERROR * size**2 / np.sqrt(max(count, 1)), _MOST_RIM) + _MEAN_ERROR
+def _rest(size, count):
+    """Error per variance of all else, on `count` texels."""
+    return min(_RIM_ERROR * size**2 / np.sqrt(max(count, 1)), _MOST_RIM) + _MEAN_ERROR
 
 
 def within_disc(sun, count, rng):
