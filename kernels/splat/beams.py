@@ -21,6 +21,7 @@ _STRAIGHT = 0.05  # texels: how far the edges of larger parts than a texel may b
 _POINT = 0.25  # texels: parts smaller than this that straddle more land point by point
 _DEPTH = 14  # splits at most
 _ERROR = 2.0  # of the predicted error: measured on pools of many waves and meshes, 0.3 to 1.5 times that
+_EVEN = np.array([1, 1, 1, 3, 3, 3]) / 12  # shares of the six rays: six triangles have a corner, two a middle
 _PARTS = ([0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5])  # of corners 0, 1, 2 and the middles 3, 4, 5 of their edges
 _EDGES = [0, 3, 1, 4, 2, 5, 3, 4, 5], [3, 1, 4, 2, 5, 0, 4, 5, 3]  # between which the parts' middles 6 to 14 lie
 _MIDDLES = ([6, 14, 11], [7, 8, 12], [13, 9, 10], [12, 13, 14])  # of the parts' edges
@@ -99,19 +100,23 @@ class _Work:
         bent = np.where(same, np.maximum(_bend(x), _bend(y)), np.inf)
         error = self._predict(bent, chart[0], x[:3], y[:3], area, self._light(nodes, six))
         size = self._size(nodes, six, area)
+        if self.lander.grazing:  # rays that part are worth following as far as the light of single points would show
+            flux = area * self._light(nodes, six)[0] / self.finest
+            error = np.where(same, error, flux * flux / 2)
         whole = self._ready(chart[0], error, size, clear)
-        at, ordered = self._to_cut(nodes, six, chart, area, size, clear)
+        at, ordered = self._to_cut(nodes, six, chart, area, size, clear & ~whole)
+        cut = np.zeros(len(area), bool)
         if len(at):
-            done = self._cut(nodes, ordered, area[at], shade[at], size[at])
-            whole[at[done]] = True
-        small = ~whole & (last | (np.sqrt(2 * area / self.finest) * np.take(nodes.spread, six).max(0) < _POINT))
-        at = np.flatnonzero(same & (whole | small))
-        self.error += error[at].sum()
+            cut[at] = self._cut(nodes, ordered, area[at], shade[at], size[at])
+        small = last | (np.sqrt(2 * area / self.finest) * np.take(nodes.spread, six).max(0) < _POINT)
+        done = (whole | small) & ~cut
+        at = np.flatnonzero(done & same)
+        self.error += error[done & np.isfinite(error)].sum()
         weigh = slice(3, 6) if self.uneven else slice(0, 3)  # the middles give the mean of a quadratic
         self._spread(nodes.take(six[:3, at].ravel()), area[at], self._book(nodes, six[weigh][:, at], area[at]))
-        at = np.flatnonzero(small & ~same)
-        self._points(nodes.take(six[:, at].ravel()), np.tile(area[at] / 6, 6))
-        return np.flatnonzero(~(whole | small))
+        at = np.flatnonzero(done & ~same)
+        self._points(nodes.take(six[:, at].ravel()), (_EVEN[:, None] * area[at]).ravel())
+        return np.flatnonzero(~(done | cut))
 
     def _to_cut(self, nodes, six, chart, area, size, clear):
         """Which triangles six (6,n), on charts (6,n), of area (n,) and sizes (n,) [texel], to cut at the border

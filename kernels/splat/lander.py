@@ -18,7 +18,7 @@ from .photons import bend, bounce
 from .silhouettes import lines
 
 MISSED, OCCLUDED, SHADOWED, UNLIT, SHADED, TRAPPED, BACK = -1, -2, -3, -4, -5, -6, -7
-CULLED, OTHER = -8, -9
+CULLED, BEYOND, OTHER = -8, -9, -10
 LOST = {
     MISSED: "missed",
     OCCLUDED: "occluded",
@@ -27,6 +27,7 @@ LOST = {
     TRAPPED: "trapped",
     BACK: "back",
     CULLED: "culled",
+    BEYOND: "beyond_bounces",
 }
 DARK = SHADOWED, SHADED  # no light comes to the water
 _SPREAD = 16.0  # area on the receiver per area of the beam, at most: light along a wall has no limit
@@ -36,8 +37,9 @@ _SPREAD = 16.0  # area on the receiver per area of the beam, at most: light alon
 class Nodes:
     """Points of the water and where their rays land: m, n (3,k) position and normal, interpolated, not unit; chart
     (k,) by number, or MISSED, OCCLUDED, SHADOWED, UNLIT off a sharp cone, BACK of a receiver's triangle, CULLED by a
-    volume, or OTHER where the light is not this lander's; x, y (k,) texel coordinates; spread (k,) length on the
-    receiver per length of the beam, at most; carried (R,k) by the lander's `rows`."""
+    volume, BEYOND the last meeting that counts, or OTHER where the light is not this lander's; x, y (k,) texel
+    coordinates; spread (k,) length on the receiver per length of the beam, at most; carried (R,k) by the lander's
+    `rows`."""
 
     m: np.ndarray
     n: np.ndarray

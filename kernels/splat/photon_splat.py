@@ -17,7 +17,7 @@ from ..rays import Tracer, soup
 from ..scene import Diagnostics
 from ..solution import answer, book, check_texels
 from ..status import Status
-from ..trace.cast import over_casters
+from ..trace.cast import left_out, over_casters
 from .halves import until_good
 from .silhouettes import Silhouettes
 from .ways import AGAIN, Lit
@@ -52,6 +52,7 @@ def solve(scene, texels, settings):
         irradiance = _by_beams(lights, texels, settings, work)
     work.seconds["photons"] = time.perf_counter() - start
     _tell_of_second_meetings(lights, settings.tolerance, work)
+    work.left_out += left_out(scene, settings, work)
     return answer(scene, texels, irradiance, np.where(irradiance.any(1), Status.LIT, Status.DARK), work)
 
 

@@ -14,16 +14,17 @@ from ..scene import Sun
 from ..splat.beams import splat
 from ..splat.edges import Edges
 from ..splat.lander import BACK, LOST
+from ..splat.lander import BEYOND as _BEYOND
 from ..splat.landing import Bins
 from ..splat.sheet import Sheet
 from .arrivals import Arrivals
 from .code_lander import CodeLander
 from .entry import Entry, points
-from .follow import BLOCKED, CULLED, FAINT, TRAPPED, Follower, Rays
+from .follow import BEYOND, BLOCKED, CULLED, FAINT, Follower, Rays
 from .surfaces import Surfaces
 from .volume import Box
 
-CAUSES = {MISS: "missed", TRAPPED: "trapped", FAINT: "faint", CULLED: "culled", BLOCKED: "occluded"}
+CAUSES = {MISS: "missed", BEYOND: LOST[_BEYOND], FAINT: "faint", CULLED: "culled", BLOCKED: "occluded"}
 _LOST = (*dict.fromkeys(CAUSES.values()), "absorbed", LOST[BACK])
 _SIGHT = 2.0  # texels: how wide cells of the entry are
 _CELLS = 32, 256  # of the entry, along its longer side, at least and at most
@@ -41,6 +42,21 @@ def over_casters(scene, texels, settings):
     surfaces = Surfaces(scene, np.sum([np.zeros(3), *powers], axis=0))
     box = Box(scene.volume) if scene.volume is not None else None
     return [Cast(scene, light, texels, surfaces, box, settings) for light in scene.lights]
+
+
+def left_out(scene, settings, work):
+    """Sentences (a list of str) on what the light of a Scene over its casters does not contain, by its books."""
+    if not scene.casters:
+        return []
+    sentences = []
+    if any(isinstance(light, Sun) and light.angle > 0 for light in scene.lights):
+        sentences.append("the sun's disc, in light over glass and mirrors: that comes from its middle")
+    if settings.dispersion:
+        sentences.append("dispersion in glass, which bends all colours alike; the water's has its own index for each")
+    part = work.flux_lost[LOST[_BEYOND]].sum() / max(work.flux_in.sum(), np.finfo(float).tiny)
+    if part > settings.tolerance:
+        sentences.append(f"light that meets more than {settings.bounces} surfaces (bounces): {part:.1%} of all")
+    return sentences
 
 
 class Cast:

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from ..rays import MISS
-from ..splat.lander import BACK, CULLED, MISSED, OCCLUDED, OTHER, TRAPPED, UNLIT, Nodes
+from ..splat.lander import BACK, BEYOND, CULLED, MISSED, OCCLUDED, OTHER, UNLIT, Nodes
 from . import follow
+from .entry import BLOCK
 
-_ENDS = {MISS: MISSED, follow.TRAPPED: TRAPPED, follow.CULLED: CULLED, follow.BLOCKED: OCCLUDED, follow.FAINT: OTHER}
+_ENDS = {MISS: MISSED, follow.BEYOND: BEYOND, follow.CULLED: CULLED, follow.BLOCKED: OCCLUDED, follow.FAINT: OTHER}
 _PATHS = 1 << 20  # charts times paths that have numbers of their own, at most
 
 
@@ -57,6 +58,12 @@ class CodeLander:
 
     def land(self, m, n, _shadowed):
         """Nodes of points m (3,k) of the entry, in the world."""
+        blocks = [slice(start, start + BLOCK) for start in range(0, m.shape[1], BLOCK)] or [slice(0)]
+        parts = [vars(self._land(m[:, block], n[:, block])).values() for block in blocks]
+        return Nodes(*(np.concatenate(part, axis=-1) for part in zip(*parts, strict=True)))
+
+    def _land(self, m, n):
+        """As `land`, of one block."""
         count = m.shape[1]
         rays, met = self._cast.start(m)
         chart, spread = np.full(count, OTHER), np.ones(count)

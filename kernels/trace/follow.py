@@ -14,7 +14,7 @@ from .meeting import Meeting
 from .surfaces import active
 
 _STRAIGHT = 8  # surfaces that change nothing, at most, beyond those that count
-TRAPPED, FAINT, CULLED, BLOCKED = -2, -3, -4, -5  # in place of a triangle, as MISS
+BEYOND, FAINT, CULLED, BLOCKED = -2, -3, -4, -5  # in place of a triangle, as MISS
 
 
 @dataclass
@@ -70,7 +70,7 @@ class Follower:
 
     def ends(self, rays, word=None):
         """Yield (Rays, what they end on (k,)) of rays that met a caster: a triangle of a receiver or an occluder, or
-        one of MISS, TRAPPED, FAINT, CULLED, BLOCKED.
+        one of MISS, BEYOND, FAINT, CULLED, BLOCKED.
 
         word: follow this code only; what has another one ends untold.
         """
@@ -82,9 +82,9 @@ class Follower:
             final = end < self.surfaces.solid
             if self.box is not None:
                 self._bound(rays, end, final)
-            trapped = ~final & (rays.met >= self.bounces)
-            end[trapped] = TRAPPED
-            final |= trapped
+            beyond = ~final & (rays.met >= self.bounces)
+            end[beyond] = BEYOND
+            final |= beyond
             yield from _told(rays, np.flatnonzero(final), end, word)
             at = np.flatnonzero(~final)
             rays = Meeting(self.surfaces, rays.take(at), end[at]).leave(word)
@@ -92,7 +92,7 @@ class Follower:
             if weak.any():
                 yield from _told(rays, np.flatnonzero(weak), np.full(len(weak), FAINT), word)
                 rays = rays.take(np.flatnonzero(~weak))
-        yield from _told(rays, np.arange(len(rays.photon)), np.full(len(rays.photon), TRAPPED), word)
+        yield from _told(rays, np.arange(len(rays.photon)), np.full(len(rays.photon), BEYOND), word)
 
     def _bound(self, rays, end, final):
         """Change what Rays end on (k,), and whether they do (k,), where they leave the box or casters lie outside."""

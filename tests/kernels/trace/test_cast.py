@@ -1,5 +1,7 @@
 """Maps of light over casters: energy, points against closed forms, and what the books say."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from casters import SILVER, ball, no_water, patch, room, slab
@@ -7,7 +9,7 @@ from waves import flat, floor, sun, transmitted, water
 
 from dapple.kernels.maps.texels import rasterise
 from dapple.kernels.methods import solve
-from dapple.kernels.scene import Mirror, Point, Scene, Settings, Spot, Volume
+from dapple.kernels.scene import Mirror, Point, Scene, Settings, Spot, Sun, Volume
 from dapple.kernels.trace.cast import over_casters
 
 
@@ -154,3 +156,13 @@ def _reflected_to(x, y):
     at = np.flatnonzero(across[1:] * across[:-1] < 0)
     way = -(x - np.cos(a[at])) * np.cos(2 * a[at]) - (y - np.sin(a[at])) * np.sin(2 * a[at])
     return [(angle, s) for angle, s in zip(a[at], way, strict=True) if s > 0]
+
+
+def test_what_is_left_out_is_said():
+    light = Sun("Sun", np.array([0.0, 0.0, -1.0]), np.ones(3), angle=0.01)
+    scene = Scene(no_water(), (floor(side=1.0),), (), (light,), casters=(ball(0.2, (0, 0, 0.3), fine=24),))
+    said = " ".join(baked(scene, side=16, bounces=2).diagnostics.left_out)
+    assert "disc" in said and "more than 2 surfaces (bounces)" in said and "twice" not in said
+    plain = replace(scene, lights=(sun((0, 0, -1)),))
+    said = " ".join(baked(plain, side=16).diagnostics.left_out)
+    assert "disc" not in said and "bounces" not in said
