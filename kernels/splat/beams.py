@@ -104,7 +104,7 @@ class _Work:
             flux = area * self._light(nodes, six)[0] / self.finest
             error = np.where(same, error, flux * flux / 2)
         whole = self._ready(chart[0], error, size, clear)
-        at, ordered = self._to_cut(nodes, six, chart, area, size, clear & ~whole)
+        at, ordered = self._to_cut(nodes, six, chart, area, size, clear, whole)
         cut = np.zeros(len(area), bool)
         if len(at):
             cut[at] = self._cut(nodes, ordered, area[at], shade[at], size[at])
@@ -118,9 +118,9 @@ class _Work:
         self._points(nodes.take(six[:, at].ravel()), (_EVEN[:, None] * area[at]).ravel())
         return np.flatnonzero(~(done | cut))
 
-    def _to_cut(self, nodes, six, chart, area, size, clear):
+    def _to_cut(self, nodes, six, chart, area, size, clear, whole):
         """Which triangles six (6,n), on charts (6,n), of area (n,) and sizes (n,) [texel], to cut at the border
-        that they straddle, and their nodes (6,k), lone corner first.
+        that they straddle, of those that are not ready whole (n,), and their nodes (6,k), lone corner first.
 
         Those that are larger than a texel only where the edge beyond the border lands as straight as the cut is, and
         where nothing else can hide, see `_ready`.
@@ -130,7 +130,7 @@ class _Work:
         fit = (size < 1) | ((wide < _CUT) & (clear | (size < self.sight)))
         if self.grazing:
             fit &= size < _POINT  # what passes falls steeply towards the back of a normal
-        at = np.flatnonzero(straddling & fit)
+        at = np.flatnonzero(straddling & fit & ~whole)
         ordered = np.take_along_axis(six[:, at], order[:, at], axis=0)
         x, y = (np.take(v, ordered[[1, 2, 4]]) for v in (nodes.x, nodes.y))
         off = np.maximum(*(np.abs(v[2] - (v[0] + v[1]) / 2) for v in (x, y)))
