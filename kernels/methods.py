@@ -74,7 +74,7 @@ def _near_origin(scene, texels):
     positions = np.concatenate([np.zeros((0, 3)), *(mesh.positions for mesh in meshes)])
     if not len(positions):
         return scene, texels
-    low, high = positions.min(0), positions.max(0)
+    low, high = (np.array([reach(values) for values in positions.T]) for reach in (np.min, np.max))
     middle = (low + high) / 2
     if np.abs(middle).max() <= (high - low).max():
         return scene, texels

@@ -18,8 +18,9 @@ def sound_water(water):
     Normals that are zero or no numbers become those of the facets round them; of triangles with the same corners one
     stays. Raises ValueError for positions that are not finite.
     """
-    broken = np.count_nonzero(~np.isfinite(water.positions).all(1))
-    if broken:
+    finite = np.isfinite(water.positions)
+    if not finite.all():
+        broken = np.count_nonzero(~finite.all(1))
         raise ValueError(f"positions must be finite, but {broken} of {len(water.positions)} are not")
     sentences = []
     repeats = _repeats(water)
@@ -28,7 +29,7 @@ def sound_water(water):
     spurious = np.concatenate([repeats, _pointless(water)])
     if len(spurious):
         water = _without(water, spurious)
-    squared = (water.normals**2).sum(1)
+    squared = np.einsum("nk,nk->n", water.normals, water.normals)
     without = np.flatnonzero(~((squared > np.finfo(float).tiny) & (squared < np.inf)))
     without = without[np.isin(without, water.normal_triangles)] if len(without) else without
     if len(without):
@@ -61,9 +62,9 @@ def _repeats(water):
     if not len(water.triangles):
         return np.zeros(0, np.int64)
     # The edges of repeated triangles have no twin, or one in the other copy: few other triangles are so.
-    across = np.where(water.twins < 0, -1, water.twins // 3).reshape(-1, 3)
-    highest = across.max(1, keepdims=True)
-    alone = np.flatnonzero(((across == highest) | (across < 0)).all(1))
+    a, b, c = (np.where(twins < 0, -1, twins // 3) for twins in water.twins.reshape(-1, 3).T)
+    highest = np.maximum(np.maximum(a, b), c)
+    alone = np.flatnonzero(np.logical_and.reduce([(across == highest) | (across < 0) for across in (a, b, c)]))
     rows = np.sort(water.triangles[alone], axis=1)
     _, first = np.unique(rows, axis=0, return_index=True)
     return np.setdiff1d(alone, alone[first])

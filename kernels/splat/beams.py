@@ -90,7 +90,9 @@ class _Work:
         landed = np.flatnonzero(chart[at] >= 0)
         at = at[landed]
         self.error += error[at].sum()
-        self.sheet.add_mesh(mesh, at, np.take(x, at, axis=1), np.take(y, at, axis=1), np.take(flux, landed, axis=1))
+        if len(at) < len(lit):
+            x, y, flux = np.take(x, at, axis=1), np.take(y, at, axis=1), np.take(flux, landed, axis=1)
+        self.sheet.add_mesh(mesh, at, x, y, flux)
         return np.flatnonzero(lit & ~ready)
 
     def settle(self, nodes, six, area, shade, clear, last):

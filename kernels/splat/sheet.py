@@ -26,7 +26,7 @@ class Sheet:
 
     def add_triangles(self, chart, x, y, flux):
         """Spread flux (C,n) evenly over triangles x, y (3,n) [texel] of charts chart (n,)."""
-        x, y = x * self.grain, y * self.grain
+        x, y = self._cells(x), self._cells(y)
         spread, density = self._densities(chart, x, y, flux)
         x, y = x[:, spread], y[:, spread] + np.take(self.image, chart[spread]) * self.side
         self._starts.append(np.stack([x.ravel(), y.ravel()]))
@@ -38,16 +38,22 @@ class Sheet:
         of their densities."""
         edges = mesh.edges
         chart = np.take(mesh.chart, np.take(edges.corner[0], index))
-        spread, own = self._densities(chart, x * self.grain, y * self.grain, flux)
+        spread, own = self._densities(chart, self._cells(x), self._cells(y), flux)
         density = np.zeros((self.channels, edges.corner.shape[1]))
         density[:, index[spread]] = own
         weights = edges.differences(density)
         used = np.flatnonzero(weights.any(0))
         tail, head = edges.tail[used], edges.head[used]
-        above = np.take(self.image, np.take(mesh.chart, tail)) * self.side
-        for ends, at in ((self._starts, tail), (self._ends, head)):
-            ends.append(np.stack([np.take(mesh.x, at) * self.grain, np.take(mesh.y, at) * self.grain + above]))
+        chart, x, y = (values[: mesh.vertices] for values in (mesh.chart, mesh.x, mesh.y))
+        above = np.take(self.image, np.maximum(chart, 0)) * self.side
+        place = np.stack([self._cells(x), self._cells(y) + above])
+        self._starts.append(np.take(place, tail, axis=1))
+        self._ends.append(np.take(place, head, axis=1))
         self._weights.append(np.take(weights, used, axis=1))
+
+    def _cells(self, v):
+        """Texel coordinates v as those of cells."""
+        return v if self.grain == 1 else v * self.grain
 
     def _densities(self, chart, x, y, flux):
         """Indices (s,) of the triangles x, y (3,n) [cell] to spread, and their densities (C,s); leaves the others."""
@@ -64,7 +70,7 @@ class Sheet:
 
     def add_points(self, chart, x, y, flux):
         """Leave flux (C,n) in the texels that hold the points x, y (n,)."""
-        self._leave(chart, x * self.grain, y * self.grain, flux)
+        self._leave(chart, self._cells(x), self._cells(y), flux)
 
     def _leave(self, chart, x, y, flux):
         """As `add_points`, at x, y (n,) [cell]."""
