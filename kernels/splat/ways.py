@@ -22,7 +22,7 @@ _NAMED = (*AGAIN, LOST[BACK])  # that light which the water reflects is lost by,
 _DIRECTIONS = 32  # from which points of one half come, of a sun with a disc
 _ROUNDING = 1e-12
 # texels: how wide a thing may stand between rays unseen. On pool.blend 2 texels leave an error of 1e-5 and 1 of 4e-7.
-_SIGHT, _THIN = (1.0, 2.0), 2.5e-4  # by the root of the tolerance over the second
+_SIGHT, _THIN = (1.0, 2.0), 5e-4  # by the root of the tolerance over the second
 
 
 class Lit:
