@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..optics import dot
 from .candidates import candidates
 
 _STEPS, _STEPS_FOLDED = 12, 40  # of Newton's method; more where the image turns over
@@ -56,7 +57,7 @@ def find_roots(surface, grid, triangles, p, eta, thorough=False):
     for triangle, point, a, b, several in _batches(candidates(grid, triangles, thorough)):
         at, weights = _solve(surface, triangle, p[:, point], a, b, eta, several)
         found.append(Roots(point[at], triangle[at], weights))
-        suspect.append((weights.min(1) < _SAME_ON_EDGE) | several)
+        suspect.append((_least(weights) < _SAME_ON_EDGE) | several)
     roots, suspect = Roots.concatenated(found), np.concatenate(suspect)
     order = np.lexsort((roots.triangle, roots.point))
     roots, suspect = roots.take(order), suspect[order]
@@ -168,19 +169,27 @@ def _solve(surface, triangle, p, a, b, eta, several):
             break
         active, a, b, snell = active[going], a[going], b[going], snell.take(going)
     weights = np.stack([1 - result[0] - result[1], *result], 1)
-    at = np.flatnonzero(weights.min(1) >= -_INSIDE)  # not so where there is none, NaN
+    at = np.flatnonzero(_least(weights) >= -_INSIDE)  # not so where there is none, NaN
     m, n = surface.at(triangle[at], weights[at])
     good = _refracted(surface, np.stack(m), np.stack(n), p[:, at], eta)
     return at[good], weights[at[good]]
 
 
+def _least(weights):
+    """The least (n,) of weights (n,3)."""
+    return np.minimum(np.minimum(weights[:, 0], weights[:, 1]), weights[:, 2])
+
+
 def _refracted(surface, m, n, p, eta):
     """Whether (n,) light that meets the front of normals n (3,n) at m (3,n) is bent to p (3,n)."""
     d, u = surface.arriving(m), p - m
-    u = u / np.maximum(np.sqrt((u * u).sum(0)), _TINY)
-    normal = n / np.maximum(np.sqrt((n * n).sum(0)), _TINY)
-    residual = np.abs(np.cross(eta * u - d, normal, axis=0)).max(0)
-    return (residual < _RESIDUAL) & ((d * normal).sum(0) < 0) & ((u * normal).sum(0) < 0)
+    u /= np.maximum(np.sqrt(dot(u, u)), _TINY)
+    normal = n / np.maximum(np.sqrt(dot(n, n)), _TINY)
+    hx, hy, hz = eta * u - d
+    nx, ny, nz = normal
+    residual = np.maximum(np.abs(hy * nz - hz * ny), np.abs(hz * nx - hx * nz))
+    residual = np.maximum(residual, np.abs(hx * ny - hy * nx))
+    return (residual < _RESIDUAL) & (dot(d, normal) < 0) & (dot(u, normal) < 0)
 
 
 def _repeated(surface, roots, suspect):

@@ -46,10 +46,12 @@ def _rim(surface, triangles):
     half = (3 * triangles[:, None] + np.arange(3)).ravel()
     over = surface.over[half]
     inside = (over >= 0) & domain[over // 3]
-    tail, head = surface.tail[half], surface.head[half]
+    other = np.flatnonzero(inside & ~surface.shared[half])  # other records may hold the same
+    tail, head = surface.tail[half[other]], surface.head[half[other]]
+    across_tail, across_head = surface.head[over[other]], surface.tail[over[other]]
     for table in (surface.m, surface.n):
         for c in table:
-            inside &= (c[tail] == c[surface.head[over]]) & (c[head] == c[surface.tail[over]])
+            inside[other] &= (c[tail] == c[across_tail]) & (c[head] == c[across_head])
     return half[~inside]
 
 

@@ -35,7 +35,9 @@ def focusing(grid, triangles, area):
         lines = grid.lines(*grid.rays.corner[triangles[block]].T, *grid.rays.middle[triangles[block]].T)
         for layer in range(grid.layers):
             images = grid.images(lines, layer)
-            near = np.unique(grid.near(images, layer, cells=1)[0])  # texels reach beyond their centres
+            some = np.zeros(len(lines[0][0]), bool)
+            some[grid.near(images, layer, cells=1)[0]] = True  # texels reach beyond their centres
+            near = np.flatnonzero(some)
             for image in images:
                 jacobian = image.jacobian()
                 low, high = np.minimum.reduce(jacobian)[near], np.maximum.reduce(jacobian)[near]

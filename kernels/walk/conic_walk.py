@@ -79,7 +79,7 @@ def _means(scene, texels, lights, objects, settings, work):
     status = np.where(seen, Status.LIT, np.where(some, Status.BLOCKED, Status.NO_WATER)).astype(np.uint8)
     dark = np.flatnonzero(~(some | seen))
     positions = np.concatenate([np.zeros((0, 3)), *(t.positions for t in texels)])[dark]
-    for _, paths in lights:
+    for _, paths in lights if len(dark) else ():
         status[dark[paths.first_water(positions) >= 0]] = Status.DARK
     status[missing] = Status.INCOMPLETE
     return irradiance, status

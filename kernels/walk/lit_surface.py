@@ -36,6 +36,12 @@ class Surface:
         self.turned = turned if turned.any() else None
 
     @cached_property
+    def shared(self):
+        """Whether (3T,) the twin of a half-edge lies between the same records, from its head to its tail."""
+        over = self.over
+        return (over >= 0) & (self.tail.take(over) == self.head) & (self.head.take(over) == self.tail)
+
+    @cached_property
     def k(self):
         """k (3T,) of the edges, see `conic.py`."""
         dn, dm = ([np.take(c, self.head) - np.take(c, self.tail) for c in table[:2]] for table in (self.n, self.m))
@@ -88,14 +94,15 @@ class Surface:
 
     def corners(self, triangle):
         """Positions and normals (3,3,n), as corner, axis, triangle, of the corners of triangles (n,)."""
-        record = self.corner_records(triangle).T
+        record = np.ascontiguousarray(self.corner_records(triangle).T)
         return tuple(np.stack([np.take(c, record) for c in table], 1) for table in (self.m, self.n))
 
     def at(self, triangle, weights):
         """M (3,n) and N (3,n) at barycentric weights (n,3) of triangles (n,)."""
-        corner = self.corner_records(triangle)
+        first, second, third = np.ascontiguousarray(self.corner_records(triangle).T)
+        one, two, three = np.ascontiguousarray(weights.T)
         return [
-            [sum(weights[:, i] * np.take(c, corner[:, i]) for i in range(3)) for c in table]
+            [one * c.take(first) + two * c.take(second) + three * c.take(third) for c in table]
             for table in (self.m, self.n)
         ]
 

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..optics import cosine_refracted, fresnel_transmittance
+from ..optics import cosine_refracted, dot, fresnel_transmittance
 
 
 def path_irradiance(surface, triangle, weights, p, receiver_normal, eta):
@@ -28,26 +28,29 @@ def path_irradiance(surface, triangle, weights, p, receiver_normal, eta):
     """
     r = 1 / eta
     corner_m, corner_n = surface.corners(triangle)
-    share = weights.T[:, None]
-    m, big_n = (share * corner_m).sum(0), (share * corner_n).sum(0)
+    e, n_e = ([c[i] - c[0] for i in (1, 2)] for c in (corner_m, corner_n))
+    m, big_n = (c[0] + weights[:, 1] * v[0] + weights[:, 2] * v[1] for c, v in ((corner_m, e), (corner_n, n_e)))
     d = surface.arriving(m)
-    length = np.sqrt((big_n**2).sum(0))
-    n = big_n / length
-    cos_i = -(d * n).sum(0)
+    over = 1 / np.sqrt(dot(big_n, big_n))
+    n = big_n * over
+    cos_i = -dot(d, n)
     cos_t = cosine_refracted(cos_i, eta)
     gamma = r * cos_i - cos_t
     t = gamma * n + r * d
-    tau = np.sqrt(((p - m) ** 2).sum(0))
+    way = p - m
+    tau = np.sqrt(dot(way, way))
+    slope = r - r * r * cos_i / cos_t
     spread = []
-    for i in (1, 2):
-        e_i, n_i = corner_m[i] - corner_m[0], (corner_n[i] - corner_n[0]) / length
-        n_i -= (n * n_i).sum(0) * n
+    for e_i, n_i in zip(e, n_e, strict=True):
+        n_i = n_i * over
+        n_i -= dot(n, n_i) * n
         d_i = _turning(surface, m, d, e_i)
-        c_i = -(d * n_i).sum(0) - (d_i * n).sum(0)
-        t_i = gamma * n_i + (r - r * r * cos_i / cos_t) * c_i * n + r * d_i
+        c_i = -dot(d, n_i) - dot(d_i, n)
+        t_i = gamma * n_i + slope * c_i * n + r * d_i
         spread.append(e_i + tau * t_i)
-    footprint = (t * np.cross(spread[0], spread[1], axis=0)).sum(0)
-    facing = np.abs((t * receiver_normal).sum(0))
+    (ux, uy, uz), (vx, vy, vz) = spread
+    footprint = t[0] * (uy * vz - uz * vy) + t[1] * (uz * vx - ux * vz) + t[2] * (ux * vy - uy * vx)
+    facing = np.abs(dot(t, receiver_normal))
     met = surface.met(m) * fresnel_transmittance(cos_i, cos_t, eta)
     with np.errstate(divide="ignore"):
         return met, facing * 2 * surface.area[triangle] / footprint, tau
@@ -57,5 +60,5 @@ def _turning(surface, m, d, step):
     """How the light's direction d (3,n) at m (3,n) changes along `step` (3,n); not at all under a sun."""
     if surface.lamp is None:
         return np.zeros((3, 1))
-    distance = np.sqrt(((m - surface.lamp[:, None]) ** 2).sum(0))
-    return (step - (d * step).sum(0) * d) / distance
+    ray = m - surface.lamp[:, None]
+    return (step - dot(d, step) * d) / np.sqrt(dot(ray, ray))

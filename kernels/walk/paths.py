@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from ..lit_water import light_water, may_be_shadowed
-from ..optics import sun_frame
+from ..optics import dot, sun_frame
 from ..rays import Tracer
 from .all_roots import Roots, find_roots
 from .candidates import Grid
@@ -16,6 +16,8 @@ from .certificate import missing, whole_triangles
 from .lit_surface import Surface
 from .path_irradiance import path_irradiance
 from .plan import Rays
+
+_BLOCK = 1 << 13  # paths at once: what they touch stays in the second-level cache
 
 
 @dataclass
@@ -56,7 +58,7 @@ class LightPaths:
             more, more_factors, wrong[again] = self._search(points[again], normals[again], True)
             more.point = again[more.point]
             roots = Roots.concatenated([roots.take(keep), more])
-            factors = [np.concatenate([f[keep], g]) for f, g in zip(factors, more_factors, strict=True)]
+            factors = np.concatenate([factors[:, keep], more_factors], 1)
         passed, density, length = factors
         visible = ~self.hidden(roots.triangle, roots.weights, points[roots.point], normals[roots.point])
         return Paths(roots.point, roots.triangle, visible, passed, np.abs(density), length, wrong)
@@ -72,8 +74,12 @@ class LightPaths:
 
     def factors(self, triangle, weights, points, normals):
         """`path_irradiance` of paths (n,) to points (n,3) of the world with normals (n,3)."""
-        frame = self.lit.frame
-        return path_irradiance(self.surface, triangle, weights, frame @ points.T, frame @ normals.T, self.eta)
+        frame, found = self.lit.frame, np.empty((3, len(triangle)))
+        for start in range(0, len(triangle), _BLOCK):
+            block = slice(start, start + _BLOCK)
+            p, normal = frame @ points[block].T, frame @ normals[block].T
+            found[:, block] = path_irradiance(self.surface, triangle[block], weights[block], p, normal, self.eta)
+        return found
 
     def irradiance(self, passed, density, length):
         """Irradiance (n,3) [W/m^2] that paths with these factors bring."""
@@ -87,13 +93,13 @@ class LightPaths:
     def hidden(self, triangle, weights, points, normals):
         """Whether (n,) an object stands between the light and M, or between M and points (n,3), their own surface with
         normals (n,3) too: light that comes to its back lights it not."""
-        m = (self.lit.frame.T @ self.surface.at(triangle, weights)[0]).T
-        ray = points - m
-        length = np.sqrt((ray**2).sum(1))
-        ray /= np.maximum(length, np.finfo(float).tiny)[:, None]
-        hidden = ((ray * normals).sum(1) >= 0) | self._objects.blocked(m, ray, length)
+        m = self.lit.frame.T @ self.surface.at(triangle, weights)[0]
+        ray = points.T - m
+        length = np.sqrt(dot(ray, ray))
+        ray /= np.maximum(length, np.finfo(float).tiny)
+        hidden = (dot(ray, normals.T) >= 0) | self._objects.blocked(m.T, ray.T, length)
         shade = np.flatnonzero(self.in_shadow[triangle] & ~hidden)
-        hidden[shade] = self._objects.blocked(m[shade], *self._towards(m[shade]))
+        hidden[shade] = self._objects.blocked(m.T[shade], *self._towards(m.T[shade]))
         return hidden
 
     def _towards(self, points):
@@ -108,7 +114,7 @@ class LightPaths:
     def _search(self, points, normals, thorough):
         """Roots of points (K,3) with normals (K,3), their `factors`, and whether (K,) some are missing."""
         if not len(self.triangles):
-            return Roots.none(), (np.zeros(0),) * 3, np.zeros(len(points), bool)
+            return Roots.none(), np.zeros((3, 0)), np.zeros(len(points), bool)
         p, grid = self.lit.frame @ points.T, self.grid(points)
         roots = find_roots(self.surface, grid, self.triangles, p, self.eta, thorough)
         factors = self.factors(roots.triangle, roots.weights, points[roots.point], normals[roots.point])

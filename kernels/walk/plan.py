@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..halfedges import AFTER
-from ..optics import cosine_refracted
+from ..optics import cosine_refracted, dot
 
 _LEVEL = 1e-9  # of their extent: how far points of a plane may lie from it
 _STEEP = 0.2  # cosine: rays must meet a receiver's plane at least so steeply for it to be the plan
@@ -23,21 +23,19 @@ _STEEP = 0.2  # cosine: rays must meet a receiver's plane at least so steeply fo
 def refract(normals, arriving, eta):
     """Unit directions (3,k) in which light travelling along `arriving` (3,k) or (3,1) leaves normals (3,k), of any
     length."""
-    length = np.sqrt((normals**2).sum(0))
-    n = normals / np.maximum(length, np.finfo(float).tiny)
-    cos_i = -(arriving * n).sum(0)
-    return (cos_i / eta - cosine_refracted(cos_i, eta)) * n + arriving / eta
+    scale = 1 / np.maximum(np.sqrt(dot(normals, normals)), np.finfo(float).tiny)
+    cos_i = -dot(arriving, normals) * scale
+    return (cos_i / eta - cosine_refracted(cos_i, eta)) * scale * normals + arriving / eta
 
 
 class Rays:
-    """Rays at the water's corners and at the middles of its edges: origin, direction (3,k), facing (k,) bool, the light
-    meets the front of their normal; corner, middle (T,3), the rays of each triangle, middle i that of edge i."""
+    """Rays at the water's corners and at the middles of its edges: origin, direction (3,k); lit (3,j), those directions
+    where the light meets the front of the normal; corner, middle (T,3), the rays of each triangle, middle i that of
+    edge i."""
 
     def __init__(self, surface, eta):
         half = np.arange(len(surface.over))
-        shared = surface.tail[surface.over] == surface.head
-        shared &= (surface.head[surface.over] == surface.tail) & (surface.over >= 0) & (surface.over < half)
-        owner = np.where(shared, surface.over, half)
+        owner = np.where(surface.shared & (surface.over < half), surface.over, half)
         edges = np.flatnonzero(owner == half)
         tail, head = surface.tail[edges], surface.head[edges]
         self.origin, normal = (
@@ -46,14 +44,15 @@ class Rays:
         )
         arriving = surface.arriving(self.origin)
         self.direction = refract(normal, arriving, eta)
-        self.facing = (arriving * normal).sum(0) < 0
+        facing = dot(arriving, normal) < 0
+        self.lit = self.direction if facing.all() else self.direction[:, facing]
         self.corner = surface.tail.reshape(-1, 3)
         number = np.cumsum(owner == half) - 1 + surface.m.shape[1]
         self.middle = number[owner].reshape(-1, 3)
 
     def mean(self):
         """Mean direction (3,), unit; that of the light where there is no ray."""
-        total = self.direction[:, self.facing].sum(1)
+        total = self.lit.sum(1)
         length = np.linalg.norm(total)
         return total / length if length > 0 else np.array([0.0, 0.0, -1.0])
 
@@ -91,7 +90,7 @@ def _down(p, rays, mean):
     """Unit axis (3,) of depth for centred points p (3,n), and whether they all have one depth."""
     normal = np.linalg.eigh(p @ p.T)[1][:, 0]
     normal *= 1.0 if normal @ mean > 0 else -1.0
-    steepness = (normal @ rays.direction[:, rays.facing]).min(initial=1)
+    steepness = (normal @ rays.lit).min(initial=1)
     if np.abs(normal @ p).max(initial=0) <= _LEVEL * np.abs(p).max(initial=0) and steepness > _STEEP:
         return normal, True
     return mean, False

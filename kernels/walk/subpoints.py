@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..maps.uv_raster import barycentrics, cross2, touching
+from ..maps.uv_raster import touching
 
 
 @dataclass
@@ -30,16 +30,20 @@ class SubTexels:
 
     def __init__(self, receiver, texels):
         side = texels.resolution
-        self._own, self._corners = texels, np.clip(receiver.uvs, 0, 1) * side
-        self._vertices = receiver.positions[receiver.triangles]
-        e1, e2 = (self._vertices[:, k] - self._vertices[:, 0] for k in (1, 2))
-        normal = np.cross(e1, e2)
-        length = np.linalg.norm(normal, axis=1)
-        flat = np.abs(cross2(self._corners[:, 1] - self._corners[:, 0], self._corners[:, 2] - self._corners[:, 0]))
-        self.normals = normal / np.maximum(length, np.finfo(float).tiny)[:, None]
-        self.density = np.where(flat > 0, length / np.where(flat > 0, flat, 1), 0)  # m^2 a texel
-        triangle, texel = touching(self._corners, side)
-        inside = np.flatnonzero((texels.home[texel] >= 0) & (self.density[triangle] > 0))
+        self._own, corners = texels, np.clip(receiver.uvs, 0, 1) * side
+        v = receiver.positions[receiver.triangles]
+        self._origin, self._edges = v[:, 0].T, (v[:, 1:] - v[:, :1]).transpose(1, 2, 0)
+        normal = np.cross(*self._edges, axis=0)
+        length = np.sqrt((normal**2).sum(0))
+        (x1, y1), (x2, y2) = (corners[:, 1:] - corners[:, :1]).transpose(1, 2, 0)
+        flat = x1 * y2 - x2 * y1
+        inverse = 1 / np.where(flat == 0, np.inf, flat)
+        self._low = corners[:, 0].T
+        self._slopes = (y2 * inverse, -x2 * inverse), (-y1 * inverse, x1 * inverse)  # of the weights, in UV
+        self._normals = (normal / np.maximum(length, np.finfo(float).tiny)).T
+        self._density = length * np.abs(inverse)  # m^2 a texel
+        triangle, texel = touching(corners, side)
+        inside = np.flatnonzero((texels.home[texel] >= 0) & (self._density[triangle] > 0))
         order = inside[np.argsort(texel[inside], kind="stable")]
         self._triangle, self._flat, self._home = triangle[order], texel[order], texels.home[texel[order]]
 
@@ -64,13 +68,15 @@ class SubTexels:
         rank = np.cumsum(first) - 1  # pairs of one texel share its points
         jitter = rng.random((2, np.count_nonzero(first), m * m))
         square = np.stack(np.divmod(np.arange(m * m), m))[::-1, None]
-        uv = ((square + jitter) / m)[:, rank].reshape(2, -1)
-        row, column = np.divmod(np.repeat(flat, m * m), self._own.resolution)
-        own = np.repeat(triangle, m * m)
-        uv = np.stack([column, row], 1) + uv.T
-        bary, distance = barycentrics(uv, self._corners[own])
-        at = np.flatnonzero(distance == 0)
-        own, bary = own[at], bary[at]
-        points = (bary[:, :, None] * self._vertices[own]).sum(1)
-        texel = self._own.home[np.repeat(flat, m * m)[at]]
-        return texel, points, self.normals[own], self.density[own] / (m * m)
+        row, column = np.divmod(flat, self._own.resolution)
+        x, y = ((square + jitter) / m)[:, rank]
+        x += (column - self._low[0].take(triangle))[:, None]
+        y += (row - self._low[1].take(triangle))[:, None]
+        a, b = (cx.take(triangle)[:, None] * x + cy.take(triangle)[:, None] * y for cx, cy in self._slopes)
+        at = np.flatnonzero((a >= 0) & (b >= 0) & (a + b <= 1))
+        pair, a, b = at // (m * m), a.ravel()[at], b.ravel()[at]
+        own = triangle[pair]
+        points = np.empty((len(own), 3))
+        for axis, (o, e1, e2) in enumerate(zip(self._origin, *self._edges, strict=True)):
+            points[:, axis] = o.take(own) + a * e1.take(own) + b * e2.take(own)
+        return self._own.home[flat[pair]], points, self._normals[own], self._density[own] / (m * m)
