@@ -13,13 +13,16 @@ from __future__ import annotations
 import numpy as np
 
 from .border import cut, straddlers
-from .lander import DARK, LOST, OTHER, UNLIT
+from .lander import DARK, LOST, OTHER, SPREAD, UNLIT
 from .mesh_nodes import MeshNodes
 
 _CUT = 2.0  # texels on the receiver: parts smaller than this that straddle one border are cut there
 _STRAIGHT = 0.05  # texels: how far the edges of larger parts than a texel may bend for that
 _POINT = 0.25  # texels: parts smaller than this that straddle more land point by point
 _DEPTH = 14  # splits at most
+# texels, and of an image's length: an image that is bent by more than both is no beam's, but torn - by a seam of its
+# chart, or by an edge of the receiver that hides a part of the same chart
+_TORN, _SHARP = 4.0, 0.15
 _ERROR = 2.0  # of the predicted error: measured on pools of many waves and meshes, 0.3 to 1.5 times that
 _EVEN = np.array([1, 1, 1, 3, 3, 3]) / 12  # shares of the six rays: six triangles have a corner, two a middle
 _PARTS = ([0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5])  # of corners 0, 1, 2 and the middles 3, 4, 5 of their edges
@@ -101,10 +104,11 @@ class _Work:
         same = (chart[1:] == chart[0]).all(0)
         bent = np.where(same, np.maximum(_bend(x), _bend(y)), np.inf)
         error = self._predict(bent, chart[0], x[:3], y[:3], area, self._light(nodes, six))
+        sheet = same & np.isfinite(error)  # else it is torn
         size = self._size(nodes, six, area)
         if self.lander.grazing:  # rays that part are worth following as far as the light of single points would show
             flux = area * self._light(nodes, six)[0] / self.finest
-            error = np.where(same, error, flux * flux / 2)
+            error = np.where(sheet, error, flux * flux / 2)
         whole = self._ready(chart[0], error, size, clear)
         at, ordered = self._to_cut(nodes, six, chart, area, size, clear, whole)
         cut = np.zeros(len(area), bool)
@@ -112,11 +116,11 @@ class _Work:
             cut[at] = self._cut(nodes, ordered, area[at], shade[at], size[at])
         small = last | (np.sqrt(2 * area / self.finest) * np.take(nodes.spread, six).max(0) < _POINT)
         done = (whole | small) & ~cut
-        at = np.flatnonzero(done & same)
+        at = np.flatnonzero(done & sheet)
         self.error += error[done & np.isfinite(error)].sum()
         weigh = slice(3, 6) if self.uneven else slice(0, 3)  # the middles give the mean of a quadratic
         self._spread(nodes.take(six[:3, at].ravel()), area[at], self._book(nodes, six[weigh][:, at], area[at]))
-        at = np.flatnonzero(done & ~same)
+        at = np.flatnonzero(done & ~sheet)
         self._points(nodes.take(six[:, at].ravel()), (_EVEN[:, None] * area[at]).ravel())
         return np.flatnonzero(~(done | cut))
 
@@ -185,6 +189,7 @@ class _Work:
             error += (flux * spans) ** 2 / (9 * long * wide)
         side = self.sheet.resolution
         beside = [(v.max(0) < -bent) | (v.min(0) > side + bent) for v in (x, y)]
+        error[bent > np.maximum(_TORN, _SHARP * long)] = np.inf
         error[beside[0] | beside[1]] = 0  # what lands beyond the map is wrong on no texel
         return np.where(chart < 0, np.where(np.isfinite(bent), 0.0, np.inf), np.where(np.isfinite(bent), error, np.inf))
 
@@ -227,7 +232,9 @@ class _Work:
 
     def _cut(self, nodes, six, area, shade, size):
         """Cut triangles six (6,n), lone corner first, at their border; returns whether (n,) that could be done."""
-        ((s, near_s, far_s), (t, near_t, far_t)), sound = cut(self.lander, nodes, six, shade, size)
+        spread = np.take(nodes.spread, six).max(0)
+        wide = np.where(spread < SPREAD, _TORN + 2 * np.sqrt(2 * area / self.finest) * spread, np.inf)
+        ((s, near_s, far_s), (t, near_t, far_t)), sound = cut(self.lander, nodes, six, shade, size, wide)
         alone, one, other = (nodes.take(six[k]) for k in range(3))
         pieces = (
             ((alone, near_s, near_t), s * t),

@@ -27,9 +27,9 @@ def straddlers(chart):
     return two, order
 
 
-def cut(lander, nodes, six, shade, size):
+def cut(lander, nodes, six, shade, size, wide):
     """Where the border crosses both edges from the lone corner, six[0], of triangles six (6,n), see `straddlers`;
-    size (n,) [texel]: how large they are.
+    size (n,) [texel]: how large they are; wide (n,) [texel]: what of them is wider on the map is torn by a seam.
 
     Returns, for the edges to the second and third corner, the share (n,) of the edge on the lone corner's side, and the
     Nodes just before and just behind the border; and (n,) whether only the two sides were met.
@@ -48,8 +48,18 @@ def cut(lander, nodes, six, shade, size):
         near, far = near.where(before, found), far.where(~before, found)
     share = (low + high) / 2
     crossings = [(share[k], near.take(k), far.take(k)) for k in (slice(0, count), slice(count, None))]
+    (_, near_s, far_s), (_, near_t, far_t) = crossings
+    alone, second, third = (nodes.take(six[k]) for k in range(3))
+    sound = sound.reshape(2, -1).all(0)
+    sound &= _whole((alone, near_s, near_t), wide) & _whole((far_s, far_t, second, third), wide)
     sag = _SAG / np.maximum(size, 1.0)
-    return crossings, sound.reshape(2, -1).all(0) & _straight(lander, nodes, six, shade, sag, crossings)
+    return crossings, sound & _straight(lander, nodes, six, shade, sag, crossings)
+
+
+def _whole(corners, wide):
+    """Whether (n,) corners, of one chart or of none, are no further apart on the map than `wide` (n,)."""
+    spans = (np.ptp([getattr(c, name) for c in corners], axis=0) for name in ("x", "y"))
+    return (corners[0].chart < 0) | (np.maximum(*spans) <= wide)
 
 
 def _straight(lander, nodes, six, shade, sag, crossings):

@@ -30,7 +30,7 @@ LOST = {
     BEYOND: "beyond_bounces",
 }
 DARK = SHADOWED, SHADED  # no light comes to the water
-_SPREAD = 16.0  # area on the receiver per area of the beam, at most: light along a wall has no limit
+SPREAD = 16.0  # area on the receiver per area of the beam, at most: light along a wall has no limit
 
 
 @dataclass
@@ -133,7 +133,7 @@ class Lander:
             x, y = np.clip(x, 0, self._side), np.clip(y, 0, self._side)
             front = np.where(fall < 0, np.take(self._charts, triangle) + rays.history * self._count, BACK)
             chart = np.where(on_receiver, front, chart)
-            spread = np.where(on_receiver, 1 / np.maximum(np.abs(fall), 1 / _SPREAD), 1.0)
+            spread = np.where(on_receiver, 1 / np.maximum(np.abs(fall), 1 / SPREAD), 1.0)
         carried = self.rows.of(met, share, rays.wet + tau * rays.inside, on_receiver, rays.share)
         if self._meetings is not None:
             chart[rays.trapped] = TRAPPED
