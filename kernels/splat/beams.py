@@ -23,6 +23,7 @@ _DEPTH = 14  # splits at most
 # texels, and of an image's length: an image that is bent by more than both is no beam's, but torn - by a seam of its
 # chart, or by an edge of the receiver that hides a part of the same chart
 _TORN, _SHARP = 4.0, 0.15
+_JUMP = 16.0  # texels: parts that are cut and land further apart than this are looked at for seams
 _ERROR = 2.0  # of the predicted error: measured on pools of many waves and meshes, 0.3 to 1.5 times that
 _EVEN = np.array([1, 1, 1, 3, 3, 3]) / 12  # shares of the six rays: six triangles have a corner, two a middle
 _PARTS = ([0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5])  # of corners 0, 1, 2 and the middles 3, 4, 5 of their edges
@@ -233,7 +234,7 @@ class _Work:
     def _cut(self, nodes, six, area, shade, size):
         """Cut triangles six (6,n), lone corner first, at their border; returns whether (n,) that could be done."""
         spread = np.take(nodes.spread, six).max(0)
-        wide = np.where(spread < SPREAD, _TORN + 2 * np.sqrt(2 * area / self.finest) * spread, np.inf)
+        wide = np.where(spread < SPREAD, _JUMP + 2 * np.sqrt(2 * area / self.finest) * spread, np.inf)
         ((s, near_s, far_s), (t, near_t, far_t)), sound = cut(self.lander, nodes, six, shade, size, wide)
         alone, one, other = (nodes.take(six[k]) for k in range(3))
         pieces = (

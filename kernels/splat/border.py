@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 _STEPS = 8  # bisections, of edges a texel long or less: the border is found to 1 / 2^8 texel
+_ASIDE = 0.4  # of the distance of two points on the map: of a jump, one side is half of it off the middle
 _SAG = 0.05  # texels: how far off the cut may be; of parts smaller than a texel, of their size
 
 # Per lone corner: the six nodes (corners 0-2, middles 3-5 of the edges from them) in the order that puts it first.
@@ -29,7 +30,7 @@ def straddlers(chart):
 
 def cut(lander, nodes, six, shade, size, wide):
     """Where the border crosses both edges from the lone corner, six[0], of triangles six (6,n), see `straddlers`;
-    size (n,) [texel]: how large they are; wide (n,) [texel]: what of them is wider on the map is torn by a seam.
+    size (n,) [texel]: how large they are; wide (n,) [texel]: what of them is wider on the map may be torn by a seam.
 
     Returns, for the edges to the second and third corner, the share (n,) of the edge on the lone corner's side, and the
     Nodes just before and just behind the border; and (n,) whether only the two sides were met.
@@ -51,15 +52,26 @@ def cut(lander, nodes, six, shade, size, wide):
     (_, near_s, far_s), (_, near_t, far_t) = crossings
     alone, second, third = (nodes.take(six[k]) for k in range(3))
     sound = sound.reshape(2, -1).all(0)
-    sound &= _whole((alone, near_s, near_t), wide) & _whole((far_s, far_t, second, third), wide)
+    for corners in ((alone, near_s, near_t), (far_s, far_t, third, second)):
+        sound &= _whole(lander, corners, shade, wide)
     sag = _SAG / np.maximum(size, 1.0)
     return crossings, sound & _straight(lander, nodes, six, shade, sag, crossings)
 
 
-def _whole(corners, wide):
-    """Whether (n,) corners, of one chart or of none, are no further apart on the map than `wide` (n,)."""
+def _whole(lander, corners, shade, wide):
+    """Whether (n,) corners of polygons, of one chart or of none, are no further apart on the map than `wide` (n,), or
+    what lies halfway between two of them lands between them."""
     spans = (np.ptp([getattr(c, name) for c in corners], axis=0) for name in ("x", "y"))
-    return (corners[0].chart < 0) | (np.maximum(*spans) <= wide)
+    whole = (corners[0].chart < 0) | (np.maximum(*spans) <= wide)
+    at = np.flatnonzero(~whole)
+    if len(at):
+        whole[at] = True
+        for a, b in zip(corners, (*corners[1:], corners[0]), strict=True):
+            a, b = a.take(at), b.take(at)
+            middle = lander.land((a.m + b.m) / 2, (a.n + b.n) / 2, shade[at])
+            off = np.hypot(middle.x - (a.x + b.x) / 2, middle.y - (a.y + b.y) / 2)
+            whole[at] &= (middle.chart == a.chart) & (off <= _ASIDE * np.hypot(a.x - b.x, a.y - b.y))
+    return whole
 
 
 def _straight(lander, nodes, six, shade, sag, crossings):

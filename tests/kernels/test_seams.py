@@ -125,7 +125,7 @@ def stairs():
 def test_a_step_in_one_chart_leaves_its_riser_dark(points):
     """Light jumps in the map from the upper tread over the riser, which looks away, to where it meets the lower one."""
     scene = pool(flat, 32, (-0.6, 0.0, -1.0), [stairs()])
-    own = rasterise(stairs(), SIDE)
+    own = rasterise(stairs(), 2 * SIDE)
     back = pool(flat, 32, (0.6, 0.0, -1.0), [stairs()])
     riser = own.normals[:, 0] > 0.5
     lit, dark = (
