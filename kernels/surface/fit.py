@@ -76,37 +76,44 @@ def solve(samples, z, penalty, c, tolerance):
     goal = tolerance**2 * (right**2).sum()
     residual = right - samples.spread(samples.values(c)) - penalty * _roughness(c)
     scaled = residual / diagonal
-    along, rho = scaled, (residual * scaled).sum()
+    c, along, rho = c.copy(), scaled.copy(), (residual * scaled).sum()
     for _ in range(_MOST):
         if (residual**2).sum() <= goal:
             break
         image = samples.spread(samples.values(along)) + penalty * _roughness(along)
         step = rho / (along * image).sum()
-        c = c + step * along
-        residual = residual - step * image
+        c += step * along
+        residual -= step * image
         scaled = residual / diagonal
         rho, before = (residual * scaled).sum(), rho
-        along = scaled + rho / before * along
+        along *= rho / before
+        along += scaled
     return c
 
 
 def _roughness(c):
     """Half the gradient (rows, columns) of the penalty by c (rows, columns)."""
-    out = None
-    for down in (3, 2, 1, 0):
-        steps = np.diff(c, down, axis=0)
-        along = _PENALTY[down] * np.diff(steps, 3 - down, axis=1)
-        for _ in range(3 - down):
+    down = [c]
+    for _ in range(3):
+        down.append(down[-1][1:] - down[-1][:-1])
+    out = _PENALTY[3] * down[3]
+    for k in (2, 1, 0):
+        along = down[k]
+        for _ in range(3 - k):
+            along = along[:, 1:] - along[:, :-1]
+        for _ in range(3 - k):
             along = _transposed_difference(along.T).T
-        out = along if out is None else _transposed_difference(out) + along
+        out = _transposed_difference(out)
+        out += _PENALTY[k] * along
     return out
 
 
 def _transposed_difference(steps):
     """Transpose of the first difference along the rows: one row more, in the memory's order of `steps`."""
-    out = np.zeros_like(steps, shape=(len(steps) + 1, steps.shape[1]))
-    out[1:] = steps
-    out[:-1] -= steps
+    out = np.empty_like(steps, shape=(len(steps) + 1, steps.shape[1]))
+    np.negative(steps[:1], out=out[:1])
+    np.subtract(steps[:-1], steps[1:], out=out[1:-1])
+    out[-1:] = steps[-1:]
     return out
 
 

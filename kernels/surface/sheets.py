@@ -16,12 +16,13 @@ _FEW = 50  # vertices: an upright sheet has more
 @dataclass(frozen=True)
 class Sheet:
     """axis: 0, 1, 2, the coordinate that is the height; support (n,): vertices that the surface passes through; on (V,)
-    bool: those of them that are far enough from where it is steep; faces (T,) bool: all corners are in support."""
+    bool: those of them that are far enough from where it is steep; distance [m]: typical of neighbours in support,
+    across the heights, as on a square grid of as many vertices."""
 
     axis: int
     support: np.ndarray
     on: np.ndarray
-    faces: np.ndarray
+    distance: float
 
 
 def turned(vectors, axis):
@@ -79,7 +80,7 @@ def _along(axis, height, steep, area, triangles, count, rest):
         inside &= used[triangles].all(1)
         support = np.flatnonzero(used)
         if inside.any() and (axis == 2 or len(support) > _FEW):
-            yield Sheet(axis, support, used & ~far, inside)
+            yield Sheet(axis, support, used & ~far, np.sqrt(np.abs(height[inside]).sum() / 2 / len(support)))
 
 
 def _gentle(points, triangles):

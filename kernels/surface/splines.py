@@ -25,7 +25,7 @@ class Splines:
     def __init__(self, water, smoothing):
         self.positions, self.normals = water.positions.T, water.normals.T
         sheets = find_sheets(water.positions, water.triangles)
-        self._smoothing = self._settle(smoothing, sheets, water.triangles)
+        self._smoothing = self._settle(smoothing, sheets)
         fields = [self._fit(sheet, water.triangles) for sheet in sheets]
         known = [(sheet, field) for sheet, field in zip(sheets, fields, strict=True) if sheet.on.any()]
         self.sheets, self._fields = [sheet for sheet, _ in known], [field for _, field in known]
@@ -64,28 +64,21 @@ class Splines:
         """Whether all corners of triangles (n,3) lie on one sheet."""
         return np.any([sheet.on[triangles].all(1) for sheet in self.sheets], axis=0)
 
-    def _settle(self, smoothing, sheets, triangles):
+    def _settle(self, smoothing, sheets):
         """The lambda for these sheets."""
         slopes = [_slopes(turned(self.normals[:, s.support], s.axis)) for s in sheets]
         if not sheets:
             return None
         k = int(np.argmax([(s.var(1) * s.shape[1]).sum() for s in slopes]))
         points = turned(self.positions[:, sheets[k].support], sheets[k].axis)
-        return smoothing.settle(points.T, slopes[k], self._distance(sheets[k], triangles))
-
-    def _distance(self, sheet, triangles):
-        """Typical distance [m] of neighbours across the heights: as on a square grid of as many vertices."""
-        x, y = turned(self.positions, sheet.axis)[:2, triangles[sheet.faces].T]
-        area = np.abs((x[1] - x[0]) * (y[2] - y[0]) - (y[1] - y[0]) * (x[2] - x[0])).sum() / 2
-        return float(np.sqrt(area / len(sheet.support)))
+        return smoothing.settle(points.T, slopes[k], sheets[k].distance)
 
     def _fit(self, sheet, triangles):
         """The HeightField of a sheet; vertices that do not lie on it are taken from sheet.on, with two rings."""
         points = turned(self.positions[:, sheet.support], sheet.axis)
-        distance = self._distance(sheet, triangles)
-        field = fit(points.T, distance, self._smoothing)
+        field = fit(points.T, sheet.distance, self._smoothing)
         off = np.abs(field.at(*points[:2])[0] - points[2])
-        off_it = off > max(_CREASE * distance, _OUTLIER * 1.4826 * np.median(off))
+        off_it = off > max(_CREASE * sheet.distance, _OUTLIER * 1.4826 * np.median(off))
         if off_it.any():
             wrong = np.zeros(len(sheet.on), bool)
             wrong[sheet.support[off_it]] = True
