@@ -52,6 +52,28 @@ def faceted(water):
     return Water(water.name, water.positions, water.triangles, normals, rows, water.twins)
 
 
+def shaded_smooth(positions, triangles):
+    """Smooth-shaded Water as Blender has it: the normals are the facets' means by corner angle."""
+    v = positions[triangles]
+    facet = np.cross(v[:, 1] - v[:, 0], v[:, 2] - v[:, 0])
+    facet /= np.maximum(np.linalg.norm(facet, axis=1, keepdims=True), 1e-300)
+    normals = np.zeros_like(positions)
+    for k in range(3):
+        a, b = v[:, (k + 1) % 3] - v[:, k], v[:, (k + 2) % 3] - v[:, k]
+        angle = np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), (a * b).sum(1))
+        np.add.at(normals, triangles[:, k], angle[:, None] * facet)
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
+    return mesh_water(positions, triangles, normals)
+
+
+def jittered_grid(quads, side, seed=1):
+    """A grid as of `grid` whose inner vertices are moved by up to 0.3 of a cell along x and y."""
+    x, y, triangles = grid(quads, side)
+    inner = np.maximum(np.abs(x), np.abs(y)) < side / 2 - 1e-9
+    dx, dy = np.random.default_rng(seed).uniform(-0.3, 0.3, (2, len(x))) * inner * side / quads
+    return x + dx, y + dy, triangles
+
+
 def water(shape=five_sines, quads=64, side=4.8, level=1.5):
     """Water over a grid with heights and slopes of `shape(x, y)` and exact normals."""
     x, y, triangles = grid(quads, side)

@@ -1,24 +1,9 @@
 """Meshes of one water as they come: regular, jittered, blue noise, iso-surfaces; with normals as Blender makes them."""
 
 import numpy as np
-from waves import grid, mesh_water
+from waves import grid, jittered_grid, shaded_smooth
 
 ISO_CELLS = 0.62  # cells of the iso-surface's grid per quad of the others: about as many vertices
-
-
-def shaded_smooth(positions, triangles):
-    """Smooth-shaded Water in float32's digits, its normals the facets' mean by corner angle."""
-    positions = positions.astype(np.float32).astype(float)
-    v = positions[triangles]
-    facet = np.cross(v[:, 1] - v[:, 0], v[:, 2] - v[:, 0])
-    facet /= np.maximum(np.linalg.norm(facet, axis=1, keepdims=True), 1e-300)
-    normals = np.zeros_like(positions)
-    for k in range(3):
-        a, b = v[:, (k + 1) % 3] - v[:, k], v[:, (k + 2) % 3] - v[:, k]
-        angle = np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), (a * b).sum(1))
-        np.add.at(normals, triangles[:, k], angle[:, None] * facet)
-    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
-    return mesh_water(positions, triangles, normals)
 
 
 def make(kind, shape, quads, side, level, noise=0.0, seed=0):
@@ -27,18 +12,10 @@ def make(kind, shape, quads, side, level, noise=0.0, seed=0):
     if kind in ("iso-surface", "interpolated iso-surface"):
         positions, triangles = _iso_surface(shape, round(quads * ISO_CELLS), side, kind == "iso-surface")
     else:
-        x, y, triangles = {"regular": grid, "jittered": _jittered, "blue noise": _blue_noise}[kind](quads, side)
+        x, y, triangles = {"regular": grid, "jittered": jittered_grid, "blue noise": _blue_noise}[kind](quads, side)
         positions = np.stack([x, y, shape(x, y)[0]], 1)
     positions[:, 2] += level + noise * rng.standard_normal(len(positions))
-    return shaded_smooth(positions, triangles)
-
-
-def _jittered(quads, side):
-    """A grid whose inner vertices are moved by up to 0.3 of a cell."""
-    x, y, triangles = grid(quads, side)
-    inner = np.maximum(np.abs(x), np.abs(y)) < side / 2 - 1e-9
-    dx, dy = np.random.default_rng(1).uniform(-0.3, 0.3, (2, len(x))) * inner * side / quads
-    return x + dx, y + dy, triangles
+    return shaded_smooth(positions.astype(np.float32).astype(float), triangles)  # in the digits that Blender has
 
 
 def _blue_noise(quads, side):

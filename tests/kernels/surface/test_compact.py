@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from waves import grid
+from waves import grid, shaded_smooth
 
 from dapple.kernels.surface.compact import compact
 
@@ -15,11 +15,8 @@ def leaning(x, y, amplitude, lean):
 
 
 def shaded(positions, triangles):
-    """Means of the facets' normals, by area."""
-    v = positions[:, triangles]
-    facet = np.cross(v[:, :, 1] - v[:, :, 0], v[:, :, 2] - v[:, :, 0], axis=0)
-    sums = np.stack([np.bincount(triangles.ravel(), np.repeat(row, 3), positions.shape[1]) for row in facet])
-    return sums / np.linalg.norm(sums, axis=0)
+    """Normals (3,V) as Blender makes them."""
+    return shaded_smooth(positions.T, triangles).normals.T
 
 
 def wave(quads, noise=0.0, jitter=0.0, lean=1.6):

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from waves import five_sines, flat, floor, grid, mesh_water, pool, water
+from waves import five_sines, flat, floor, grid, jittered_grid, mesh_water, pool, shaded_smooth, water
 
 from dapple.kernels.halfedges import build_twins
 from dapple.kernels.maps.texels import rasterise
@@ -22,26 +22,9 @@ def swell(x, y):
     return height, slope_x / 2, slope_y / 2
 
 
-def shaded_smooth(positions, triangles, name="Water"):
-    """Water with the means, by angle, of the facets' normals: those that Blender makes."""
-    v = positions[triangles]
-    facet = np.cross(v[:, 1] - v[:, 0], v[:, 2] - v[:, 0])
-    facet /= np.maximum(np.linalg.norm(facet, axis=1, keepdims=True), 1e-300)
-    normals = np.zeros_like(positions)
-    for k in range(3):
-        a, b = v[:, (k + 1) % 3] - v[:, k], v[:, (k + 2) % 3] - v[:, k]
-        angle = np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), (a * b).sum(1))
-        np.add.at(normals, triangles[:, k], angle[:, None] * facet)
-    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
-    return Water(name, positions, triangles, normals, triangles, build_twins(triangles))
-
-
 def jittered(quads=48, side=4.8, shape=swell, seed=0):
     """Waves over a grid whose inner vertices are moved by up to a third of a cell."""
-    x, y, triangles = grid(quads, side)
-    inner = np.maximum(np.abs(x), np.abs(y)) < side / 2 - 1e-9
-    move = np.random.default_rng(seed).uniform(-0.3, 0.3, (2, len(x))) * inner * side / quads
-    x, y = x + move[0], y + move[1]
+    x, y, triangles = jittered_grid(quads, side, seed)
     return shaded_smooth(np.stack([x, y, shape(x, y)[0]], 1), triangles)
 
 
