@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from overhangs import Breaking, Trochoid, angles, meshed, parameters, straight
 from waves import five_sines, flat, floor, grid, jittered_grid, mesh_water, pool, shaded_smooth, water
 
 from dapple.kernels.halfedges import build_twins
@@ -11,7 +12,6 @@ from dapple.kernels.maps.texels import rasterise
 from dapple.kernels.methods import solve
 from dapple.kernels.scene import Scene, Settings, Water
 from dapple.kernels.surface.reconstruct import Need, Reconstruction
-from dapple.kernels.surface.tessellate import Tessellation
 
 FINE = Need(reach=60.0, tolerance=1e-3)
 
@@ -127,47 +127,15 @@ def test_a_mesh_fine_enough_is_taken_as_it_is():
     assert kept is mesh and "fine enough" in sentence
 
 
-def straight(mesh, k):
-    """The mesh as it is, in k x k parts."""
-    parts = Tessellation(mesh.triangles, mesh.twins, len(mesh.positions), np.ones(len(mesh.triangles), bool), k)
-    points = []
-    for values in (mesh.positions, mesh.normals):
-        new = [np.einsum("cnd,cm->nmd", values[e], s) for e, s in zip((parts.ends, parts.inner), parts.shares())]
-        points.append(np.concatenate([values, *(v.reshape(-1, 3) for v in new)]))
-    return Water(mesh.name, points[0], parts.triangles, points[1], parts.triangles, parts.twins)
-
-
-LEAN = 1.6
-
-
-def breaking(quads=96, side=4.0, crest=0.4, wide=0.35):
-    """A wave that leans over until it overhangs, and its exact unit normals at any points near it."""
-    x, y, triangles = grid(quads, side)
-
-    def height(u, y):
-        hump = crest * np.exp(-((u / wide) ** 2))
-        return hump + 0.02 * np.sin(5 * y), -2 * u / wide**2 * hump, 0.1 * np.cos(5 * y)
-
-    def normals(positions):
-        _, along, across = height(positions[:, 0] - LEAN * positions[:, 2], positions[:, 1])
-        n = np.stack([-along, -across, 1 + LEAN * along], 1)
-        return n / np.linalg.norm(n, axis=1, keepdims=True)
-
-    z = height(x, y)[0]
-    return shaded_smooth(np.stack([x + LEAN * z, y, z], 1), triangles), normals
-
-
 def test_a_breaking_wave_is_smooth_on_all_its_sides():
-    mesh, exact = breaking()
+    wave = Breaking()
+    mesh = meshed(wave, 96)
     overhang = plan_areas(mesh) < 0
     assert overhang.sum() > 50, "the wave must break, or the test shows nothing"
     smooth, sentence = Reconstruction().apply(mesh, FINE)
     np.testing.assert_array_equal(smooth.twins, build_twins(smooth.triangles))
     flat_parts = straight(mesh, round(np.sqrt(len(smooth.triangles) / len(mesh.triangles))))
-    raw, found = (
-        np.arccos(np.clip((w.normals * exact(w.positions)).sum(1) / np.linalg.norm(w.normals, axis=1), -1, 1))
-        for w in (flat_parts, smooth)
-    )
+    raw, found = (angles(w, wave.normals(w.positions, None)) for w in (flat_parts, smooth))
     assert found.max() < raw.max() / 2
     steep = np.repeat(overhang, len(smooth.triangles) // len(mesh.triangles))
     bent = (smooth.positions != flat_parts.positions).any(1)
@@ -175,6 +143,20 @@ def test_a_breaking_wave_is_smooth_on_all_its_sides():
         here = faces[bent[faces].all(1)].ravel()
         assert len(here) > 1000 and np.sqrt((found[here] ** 2).mean()) < np.sqrt((raw[here] ** 2).mean()) / 3
     assert "cubics" in sentence
+
+
+def test_trochoids_past_their_cusps_are_an_order_better_at_their_folds():
+    wave = Trochoid()
+    mesh = meshed(wave, 128, 3.2)
+    smooth, _ = Reconstruction().apply(mesh, FINE)
+    k = round(np.sqrt(len(smooth.triangles) / len(mesh.triangles)))
+    flat_parts, s = straight(mesh, k), parameters(128, 3.2, k)
+    exact = wave.normals(smooth.positions, s)
+    raw, found = angles(flat_parts, wave.normals(flat_parts.positions, s)), angles(smooth, exact)
+    folds = exact[:, 2] < 0.5
+    inside = np.abs(smooth.positions[:, 1]) < 1.5
+    assert (exact[:, 2] < 0).sum() > 1000
+    assert np.sqrt((found**2)[folds & inside].mean()) < np.sqrt((raw**2)[folds & inside].mean()) / 10
 
 
 def test_droplets_and_fins_stay_as_they_are():
