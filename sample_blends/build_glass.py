@@ -141,7 +141,7 @@ def new_linen():
     place = tools.add_node(tree, "ShaderNodeTexCoord").outputs["Object"]
     noise = tools.add_node(tree, "ShaderNodeTexNoise", {"Vector": place, "Scale": 90.0, "Detail": 4.0}).outputs[0]
     ramp = tools.add_node(tree, "ShaderNodeValToRGB", {"Fac": noise})
-    for stop, colour in zip(ramp.color_ramp.elements, ((0.46, 0.43, 0.39), (0.56, 0.53, 0.48)), strict=True):
+    for stop, colour in zip(ramp.color_ramp.elements, ((0.38, 0.35, 0.31), (0.46, 0.43, 0.38)), strict=True):
         stop.color = (*colour, 1.0)
     tree.links.new(ramp.outputs["Color"], shader.inputs["Base Color"])
     shader.inputs["Roughness"].default_value = 0.9
@@ -160,13 +160,13 @@ def main():
         add_ring(tools.new_metal("Gold", (1.0, 0.72, 0.30))),
     ]
     table = add_table(new_linen())
-    tools.add_sun(SUN, 3.0, 0.53)
-    tools.set_sky((0.50, 0.55, 0.62), (0.30, 0.36, 0.46), 0.5)
+    tools.add_sun(SUN, 4.0, 0.53)
+    tools.set_sky((0.50, 0.55, 0.62), (0.30, 0.36, 0.46), 0.22)
     volume = tools.add_box("Caustics Volume", (0.0, -0.1, 0.19), (0.6, 0.6, 0.2))
     tools.choose(None, [table], casters)
     scene.dapple.volume, scene.dapple.culling = volume, {"+Z"}
     scene.camera = tools.add_camera("Above", (0.28, -1.55, 0.95), (0.06, -0.10, 0.06), 40.0)
-    tools.add_camera("Near", (-0.75, -0.80, 0.42), (-0.12, -0.20, 0.04), 40.0)
+    tools.add_camera("Near", (0.42, -0.95, 0.40), (-0.14, -0.18, 0.03), 40.0)
     tools.save("glass.blend")
 
 

@@ -28,24 +28,24 @@ def add_receivers():
     left = geometry.quad(
         (-HALF, -HALF, 0), (0, side, 0), (0, 0, HEIGHT), (rim, 2 * rim + HEIGHT), (side, 0), (0, HEIGHT)
     )
-    boards, plaster = new_boards(), tools.new_plain("Plaster", (0.62, 0.58, 0.52), 0.9, 0.0)
+    stone, plaster = new_stone(), tools.new_plain("Plaster", (0.62, 0.58, 0.52), 0.9, 0.0)
     return [
-        geometry.add_receiver("Floor", (floor, side), [boards]),
+        geometry.add_receiver("Floor", (floor, side), [stone]),
         geometry.add_receiver("Walls", ([back, left], sheet), [plaster]),
     ]
 
 
-def new_boards():
-    """Make wooden boards, 12 cm wide, along x."""
-    material, shader = tools.new_material("Boards")
+def new_stone():
+    """Make pale stone slabs, 40 cm wide."""
+    material, shader = tools.new_material("Stone")
     tree = material.node_tree
     place = tools.add_node(tree, "ShaderNodeTexCoord").outputs["Object"]
-    bricks = {"Vector": place, "Scale": 1.0, "Mortar Size": 0.002, "Brick Width": 1.1, "Row Height": 0.12}
-    bricks |= {"Color1": (0.42, 0.27, 0.15, 1), "Color2": (0.34, 0.21, 0.11, 1), "Mortar": (0.05, 0.03, 0.02, 1)}
-    pattern = tools.add_node(tree, "ShaderNodeTexBrick", bricks, offset=0.37, squash=1.0)
+    bricks = {"Vector": place, "Scale": 1.0, "Mortar Size": 0.002, "Brick Width": 0.4, "Row Height": 0.4}
+    bricks |= {"Color1": (0.44, 0.42, 0.39, 1), "Color2": (0.37, 0.36, 0.34, 1), "Mortar": (0.12, 0.11, 0.10, 1)}
+    pattern = tools.add_node(tree, "ShaderNodeTexBrick", bricks, offset=0.0, squash=1.0)
     tree.links.new(pattern.outputs["Color"], shader.inputs["Base Color"])
-    shader.inputs["Roughness"].default_value = 0.7
-    shader.inputs["Specular IOR Level"].default_value = 0.1
+    shader.inputs["Roughness"].default_value = 0.8
+    shader.inputs["Specular IOR Level"].default_value = 0.0
     return material
 
 
@@ -84,7 +84,7 @@ def add_ball(material):
 
 def add_star(material):
     """Make the brass star, a band whose radius waves five times; a fifth of a turn brings it back to itself."""
-    around, thickness, height = 240, 0.008, 0.16
+    around, thickness, height = 240, 0.008, 0.09
     angle = np.arange(around) * 2 * np.pi / around
     radius = 0.30 * (1.0 + 0.16 * np.cos(5 * angle))
     profile = ((-thickness, 0.0), (thickness, 0.0), (thickness, height), (-thickness, height))
@@ -93,7 +93,7 @@ def add_star(material):
     star = tools.add_mesh("Star", positions, tools.torus_faces(around, len(profile)), [material], smooth=True)
     edges = star.modifiers.new("Sharp Edges", "EDGE_SPLIT")
     edges.split_angle = np.radians(40.0)
-    star.location = (0.35, 0.55, GAP)
+    star.location = (0.25, 0.30, GAP)
     for frame, turn in ((1, 0.0), (tools.FRAMES + 1, 2 * np.pi / 5)):
         star.rotation_euler.z = turn
         star.keyframe_insert("rotation_euler", index=2, frame=frame)
@@ -126,11 +126,11 @@ def add_probe():
 
 def add_cameras(scene):
     """Make the camera that drifts along the room, and the one that looks into the mirror."""
-    room = tools.add_camera("Room", (1.75, -2.25, 1.45), (-0.50, 0.35, 0.52), 26.0)
+    room = tools.add_camera("Room", (1.75, -2.25, 1.65), (-0.50, 0.30, 0.45), 26.0)
     for frame, drift in ((1, 0.0), (25, 0.25), (49, 0.0)):
         room.location.x = 1.75 + drift
         room.keyframe_insert("location", index=0, frame=frame)
-    tools.add_camera("Into the Mirror", (0.35, -1.20, 1.15), (-1.6, 0.15, 0.78), 32.0)
+    tools.add_camera("Into the Mirror", (0.95, -1.75, 1.35), (-1.57, -0.42, 0.62), 42.0)
     scene.camera = room
 
 
@@ -141,7 +141,7 @@ def main():
     receivers = add_receivers()
     silver = tools.new_metal("Silver", (0.94, 0.95, 0.94))
     mirror, _ = add_mirror(silver, tools.new_plain("Dark Wood", (0.09, 0.05, 0.03), 0.5))
-    ball = add_ball(tools.new_glass("Clear Glass", 1.5))
+    ball = add_ball(tools.new_glass("Amber Glass", 1.5, (0.95, 0.66, 0.30)))
     star = add_star(tools.new_metal("Brass", (0.91, 0.74, 0.40)))
     add_lamp()
     add_probe()
