@@ -23,6 +23,10 @@ _LEAST_IOR, _MOST_IOR = 1.0, 4.0
 _NODES = {"BSDF_PRINCIPLED", "BSDF_GLASS", "BSDF_REFRACTION", "BSDF_GLOSSY", "BSDF_METALLIC"}
 
 
+_THIN = "Material '{}' is a thin wall, which bends nothing; it casts no caustics and blocks the light."
+_LAYERS = ("Coat Weight", "Thin Film Thickness")  # over glass or metal, and left out
+
+
 @dataclass(frozen=True)
 class Specular:
     """material: a Glass or Mirror; roughness as the artist set it; warnings: where it is not what the nodes say; wrong:
@@ -40,12 +44,14 @@ class Specular:
 
 @dataclass(frozen=True)
 class _Part:
-    """A shader's share in a material, of one kind, with the light that it lets through or reflects."""
+    """A shader's share in a material, of one kind, with the light that it lets through or reflects; warnings and wrong
+    as of a Specular, still without the material's name."""
 
     share: float
     material: Glass | Mirror
     roughness: float
     warnings: tuple[str, ...]
+    wrong: str = ""
 
 
 def read_specular(material) -> Specular | None:
@@ -63,36 +69,35 @@ def read_specular(material) -> Specular | None:
         sigma_a, remarks = np.zeros(3), []
     else:
         sigma_a, remarks = material_sigma_a(material)
-        found = replace(found, material=replace(found.material, sigma_a=sigma_a), wrong=_wrong(found, material.name))
+        found = replace(found, material=replace(found.material, sigma_a=sigma_a), wrong=most.wrong or _wrong(found))
     said = [sentence.format(material.name) for sentence in most.warnings]
     if most.share < 1 - 1e-6:
         said.append(
             f"Material '{material.name}' is {found.word} by {most.share:.0%}: caustics are of that part, and the rest "
             "lets no light through."
         )
-    return replace(found, warnings=(*said, *remarks))
+    return replace(found, warnings=(*said, *remarks), wrong=found.wrong.format(material.name))
 
 
-def _wrong(found, name):
+def _wrong(found):
     """Why a Glass cannot be baked, as a sentence; empty if it can."""
     if _LEAST_IOR <= found.material.eta <= _MOST_IOR:
         return ""
     return (
-        f"Material '{name}' has IOR {found.material.eta:.4g} and casts no caustics; set it between {_LEAST_IOR:g} and "
+        f"Material '{{}}' has IOR {found.material.eta:.4g} and casts no caustics; set it between {_LEAST_IOR:g} and "
         f"{_MOST_IOR:g}, that of the matter itself, in water too."
     )
 
 
 def _principled(read, node, share):
     """Metal, and of what is left of it glass; Alpha cuts a share out of both."""
-    if "Thin Wall" in read and read("Thin Wall"):
-        return
+    thin = "Thin Wall" in read and read("Thin Wall")  # since Blender 5.2
     share *= min(max(read("Alpha"), 0.0), 1.0)
     metal, glass = (min(max(read(name), 0.0), 1.0) for name in ("Metallic", "Transmission Weight"))
     roughness, colour, tint = read("Roughness"), _colour(read, "Base Color"), _colour(read, "Specular Tint")
     yield _Part(share * metal, Mirror(colour, np.ones(3)), roughness, _doubts(read) + _edge(tint))
     body = Glass(_index(read), reflects=tint, transmits=np.sqrt(colour))
-    yield _Part(share * (1 - metal) * glass, body, roughness, _doubts(read))
+    yield _Part(share * (1 - metal) * glass, body, roughness, _doubts(read), _THIN if thin else "")
 
 
 def _glass(read, node, share):
@@ -141,6 +146,8 @@ def _doubts(read):
     said = ()
     if read.computed:
         said += ("Material '{}' is fed by nodes; its caustics take the values set in the sockets themselves.",)
+    if any(name in read and read(name) > 0 for name in _LAYERS):
+        said += ("The coat or thin film of material '{}' is left out of its caustics.",)
     if read.linked("Normal"):
         said += ("Material '{}' has a bump or normal map; its caustics are those of the mesh alone.",)
     return said

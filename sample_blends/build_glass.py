@@ -165,7 +165,7 @@ def main():
     volume = tools.add_box("Caustics Volume", (0.0, -0.1, 0.19), (0.6, 0.6, 0.2))
     tools.choose(None, [table], casters)
     scene.dapple.volume, scene.dapple.culling = volume, {"+Z"}
-    scene.camera = tools.add_camera("Above", (0.28, -1.55, 0.95), (0.06, -0.10, 0.06), 40.0)
+    scene.camera = tools.add_camera("Above", (0.30, -1.30, 0.88), (0.04, -0.12, 0.05), 38.0)
     tools.add_camera("Near", (0.42, -0.95, 0.40), (-0.14, -0.18, 0.03), 40.0)
     tools.save("glass.blend")
 

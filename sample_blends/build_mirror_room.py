@@ -15,7 +15,7 @@ import scene_tools as tools
 HALF, HEIGHT = 1.6, 2.2  # of the floor and of the walls [m]
 MIRROR = (-0.95, 0.85, 0.30, 1.75)  # of the wall at -x: from y, to y, from z, to z [m]
 WIDTH = 0.05  # of the mirror's frame [m]
-LAMP = (0.55, -0.35, 2.1)
+LAMP = (0.90, -0.75, 1.9)
 GAP = 0.002
 
 
@@ -75,7 +75,7 @@ def add_ball(material):
     radius = 0.24
     positions, faces = tools.ball(radius, 96, 48)
     ball = tools.add_mesh("Ball", positions, faces, [material], smooth=True)
-    ball.location = (-0.62, -0.05, radius + GAP)
+    ball.location = (-0.70, 0.65, radius + GAP)
     for frame, height in ((1, 0.0), (13, 0.30), (25, 0.0), (37, 0.30), (49, 0.0)):
         ball.location.z = radius + GAP + height
         ball.keyframe_insert("location", index=2, frame=frame)
@@ -93,7 +93,7 @@ def add_star(material):
     star = tools.add_mesh("Star", positions, tools.torus_faces(around, len(profile)), [material], smooth=True)
     edges = star.modifiers.new("Sharp Edges", "EDGE_SPLIT")
     edges.split_angle = np.radians(40.0)
-    star.location = (0.25, 0.30, GAP)
+    star.location = (0.15, -0.10, GAP)
     for frame, turn in ((1, 0.0), (tools.FRAMES + 1, 2 * np.pi / 5)):
         star.rotation_euler.z = turn
         star.keyframe_insert("rotation_euler", index=2, frame=frame)
@@ -104,7 +104,7 @@ def add_star(material):
 def add_lamp():
     """Make the spot lamp, which sways; its shade is not modelled."""
     data = bpy.data.lights.new("Lamp", "SPOT")
-    data.energy, data.spot_size, data.spot_blend = 420.0, np.radians(105.0), 0.35
+    data.energy, data.spot_size, data.spot_blend = 420.0, np.radians(150.0), 0.5
     data.color, data.shadow_soft_size = (1.0, 0.90, 0.76), 0.008
     data.cycles.is_caustics_light = True
     lamp = tools.add_object("Lamp", data)

@@ -176,6 +176,17 @@ def test_a_value_feeds_a_colour_and_a_colour_a_value(tree):
     check_glass(found, pytest.approx(0.2126 + 2 * 0.7152 + 1.5 * 0.0722, rel=1e-5), 0.5, 0.5)
 
 
+def test_a_coat_is_said(tree):
+    (said,) = show(tree, node(tree, "ShaderNodeBsdfPrincipled", {**GLASS, "Coat Weight": 0.5})).warnings
+    assert said == "The coat or thin film of material 'Clear' is left out of its caustics."
+
+
+@pytest.mark.skipif(bpy.app.version < (5, 2, 0), reason="this Blender has no thin walls")
+def test_a_thin_wall_bends_nothing(tree):
+    found = show(tree, node(tree, "ShaderNodeBsdfPrincipled", {**GLASS, "Thin Wall": True}))
+    assert found.wrong.startswith("Material 'Clear' is a thin wall")
+
+
 @pytest.mark.parametrize("ior", [0.75, 4.5])
 def test_impossible_index(tree, ior):
     found = show(tree, node(tree, "ShaderNodeBsdfGlass", {"IOR": ior}))

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import sys
 import tempfile
-from pathlib import Path
 
 import bpy
 from render_pool import IMAGES, JPEG_QUALITY, ROOT, load_dapple
