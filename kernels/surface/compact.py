@@ -27,7 +27,7 @@ _CHANGE, _EVEN = 0.02, 1e-4  # of the second, times the first one's root; and of
 _HELD = 1e6  # weight of a tilt that is to be none
 _ROUNDING = 1e-12
 _STEPS = 12
-_TURN = 0.7  # least cosine between the normals at an edge's ends: more is not resolved
+_TURN = 0.7  # cosine: least between the normals at an edge's ends, most between these and the edge; else not resolved
 _NOISE = 0.25  # of the tilts: where the relations are off by more, noise is what they follow
 
 
@@ -48,7 +48,7 @@ def compact(positions, normals, triangles, held):
     vertices, local = np.unique(triangles, return_inverse=True)
     local = local.reshape(-1, 3)
     p, n, held = positions[:, vertices].T, normals[:, vertices].T, held[vertices]
-    edges, smooth = _edges(local, n)
+    edges, smooth = _edges(local, p, n)
     frames = _frames(n)
     rows, right, root, unit = _relations(p, n, frames, edges[smooth])
     x = _solve(rows, right, edges[smooth], np.where(held, _HELD, 0.0))
@@ -66,12 +66,15 @@ def compact(positions, normals, triangles, held):
     return Tangents(vertices, tilted.T, turns, sound)
 
 
-def _edges(triangles, normals):
-    """Edges (E,2) of triangles, and whether (E,) they lie on a smooth surface, by the normals (V,3)."""
+def _edges(triangles, p, n):
+    """Edges (E,2) of triangles, and whether (E,) they lie on a smooth surface, by points and normals p, n (V,3)."""
     pairs = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
-    keys, count = np.unique(pairs[:, 0] * len(normals) + pairs[:, 1], return_counts=True)
-    edges = np.stack(np.divmod(keys, len(normals)), 1)
-    return edges, (count <= 2) & ((normals[edges[:, 0]] * normals[edges[:, 1]]).sum(1) > _TURN)
+    keys, count = np.unique(pairs[:, 0] * len(n) + pairs[:, 1], return_counts=True)
+    edges = np.stack(np.divmod(keys, len(n)), 1)
+    chord = p[edges[:, 1]] - p[edges[:, 0]]
+    off = np.max([np.abs((n[edges[:, k]] * chord).sum(1)) for k in range(2)], axis=0)
+    aligned = (n[edges[:, 0]] * n[edges[:, 1]]).sum(1) > _TURN
+    return edges, (count <= 2) & aligned & (off <= _TURN * np.sqrt((chord**2).sum(1)))
 
 
 def _frames(normals):

@@ -108,6 +108,22 @@ def test_creases_and_fins_and_what_touches_them_are_left_to_the_mesh():
     assert not sound[fin].any() and sound.sum() > 500
 
 
+def test_edges_along_their_normals_and_without_length_do_no_harm():
+    positions, normals, triangles, exact = wave(96)
+    count = positions.shape[1]
+    tip = positions[:, 40:41] + 0.1 * normals[:, 40:41]
+    strange = np.array([[40, 41, count], [5000, 5000, 5001], [6000, 6001, count + 1]])
+    positions = np.concatenate([positions, tip, positions[:, 6000:6001]], 1)
+    normals = np.concatenate([normals, normals[:, 40:41], normals[:, 6000:6001]], 1)
+    tangents = found(positions, normals, np.concatenate([triangles, strange]))
+    assert np.isfinite(tangents.normals).all() and np.isfinite(tangents.turns).all()
+    assert not tangents.sound[[40, 41, count]].any()
+    sound = np.flatnonzero(tangents.sound[:count])
+    assert len(sound) > 9000 and off(tangents.normals[:, sound], exact[:, sound]) < off(
+        normals[:, sound], exact[:, sound]
+    )
+
+
 def test_a_plane_is_a_plane():
     x, y, triangles = grid(8, 2.0)
     positions = np.stack([x, y, 0.5 * x])
