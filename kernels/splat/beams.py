@@ -115,7 +115,7 @@ class _Work:
         cut = np.zeros(len(area), bool)
         if len(at):
             cut[at] = self._cut(nodes, ordered, area[at], shade[at], size[at])
-        small = last | (np.sqrt(2 * area / self.finest) * np.take(nodes.spread, six).max(0) < _POINT)
+        small = last | (self._widest(nodes, six, area) < _POINT)
         done = (whole | small) & ~cut
         at = np.flatnonzero(done & sheet)
         self.error += error[done & np.isfinite(error)].sum()
@@ -133,8 +133,7 @@ class _Work:
         where nothing else can hide, see `_ready`.
         """
         straddling, order = straddlers(chart)
-        wide = np.sqrt(2 * area / self.finest) * np.take(nodes.spread, six).max(0)
-        fit = (size < 1) | ((wide < _CUT) & (clear | (size < self.sight)))
+        fit = (size < 1) | ((self._widest(nodes, six, area) < _CUT) & (clear | (size < self.sight)))
         if self.grazing:
             fit &= size < _POINT  # what passes falls steeply towards the back of a normal
         at = np.flatnonzero(straddling & fit & ~whole)
@@ -153,8 +152,20 @@ class _Work:
 
     def _size(self, nodes, six, area):
         """How many texels (n,) beams are across, where they meet the receiver if the light of a lamp spreads them."""
-        size = np.sqrt(2 * area / self.finest)
-        return size * np.take(nodes.spread, six).max(0) if self.rows.varies else size
+        return self._widest(nodes, six, area) if self.rows.varies else self._across(nodes, six, area)
+
+    def _across(self, nodes, six, area):
+        """How many of the finest texels that their rays land on (n,) beams are across; where none lands, of the
+        coarsest."""
+        if len(self.texel_area) == 1:
+            return np.sqrt(2 * area / self.finest)
+        chart = np.take(nodes.chart, six)
+        texel = np.where(chart < 0, self.texel_area.max(), np.take(self.texel_area, self._image(chart))).min(0)
+        return np.sqrt(2 * area / texel)
+
+    def _widest(self, nodes, six, area):
+        """As `_across`, on the receiver and not where the beams start."""
+        return self._across(nodes, six, area) * np.take(nodes.spread, six).max(0)
 
     def _ready(self, chart, error, size, clear):
         """Whether (n,) beams, of errors `error` or inf where their rays do not agree, need no closer look; clear (n,):
@@ -164,8 +175,7 @@ class _Work:
         other half is for the parts of the others.
         """
         most = _cut_off(error[np.isfinite(error)], (self.tolerance - self.error) / 2)
-        texel = np.where(chart < 0, self.finest, np.take(self.texel_area, self._image(chart)))
-        seen = (clear & (chart != UNLIT)) | (size**2 * self.finest < self.sight**2 * texel)
+        seen = (clear & (chart != UNLIT)) | (size < self.sight)
         return np.isfinite(error) & (error <= most) & seen
 
     def _image(self, chart):
