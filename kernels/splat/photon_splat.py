@@ -13,13 +13,12 @@ import time
 
 import numpy as np
 
-from ..rays import Tracer, soup
 from ..scene import Diagnostics
 from ..solution import answer, book, check_texels
 from ..status import Status
 from ..trace.cast import left_out, over_casters
 from .halves import until_good
-from .silhouettes import Silhouettes
+from .surroundings import Surroundings
 from .ways import AGAIN, Lit
 
 _REASONS = {False: "beams find every path, without noise, whatever the receiver", True: "points find every path"}
@@ -57,13 +56,11 @@ def solve(scene, texels, settings):
 
 
 def _over_water(scene, texels, settings):
-    """A Lit for each light, if there is water; casters stand in the way of light that meets only water."""
+    """A Lit for each light, if there is water."""
     if not len(scene.water.triangles):
         return []
-    solids = soup((*scene.receivers, *scene.occluders, *scene.casters))
-    tracer = Tracer(*solids)
-    outlines = Silhouettes(*solids)
-    return [Lit(scene, light, texels, tracer, outlines, solids, settings) for light in scene.lights]
+    around = Surroundings(scene, texels, settings)
+    return [Lit(light, around) for light in scene.lights]
 
 
 def _by_beams(lights, texels, settings, work):

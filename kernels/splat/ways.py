@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from ..disc.disc import Disc, within_disc
-from ..lit_water import light_water, may_be_shadowed, part_of
+from ..lit_water import may_be_shadowed, part_of
 from ..scene import Spot, Sun
 from .beams import splat
 from .edges import Edges
 from .lander import BACK, LOST, Lander
 from .landing import Plane, Rays
-from .meetings import Meetings
 from .photons import batches
-from .plane import PlaneLander, one_plane
+from .plane import PlaneLander
 from .reflection import may_reflect_onto
 from .sheet import Sheet
 
@@ -28,36 +29,38 @@ _SIGHT, _THIN = (1.0, 2.0), 5e-4  # by the root of the tolerance over the second
 class Lit:
     """One light, the water in it, and where that lands."""
 
-    def __init__(self, scene, light, texels, tracer, outlines, solids, settings):
-        self.scene, self.light, self.texels = scene, light, texels
-        self._rest, self._tolerance = (tracer, outlines, solids, settings), settings.tolerance
-        self.water, self._again = light_water(scene.water, light), 0
-        shadowed = may_be_shadowed(self.water, *solids)
-        meetings = Meetings.of(self.water, scene.water.twins, tracer, scene.eta)
+    def __init__(self, light, around):
+        self.light, self._around, self._tolerance = light, around, around.settings.tolerance
+        self.scene, self.texels = scene, texels = around.scene, around.texels
+        self.water, self._again = around.lit(light), 0
+        shadowed = may_be_shadowed(self.water, *around.solids)
+        meetings = around.meetings(self.water)
         mirrors = may_reflect_onto(self.water, scene.receivers, meetings)
         never = meetings.never(self.water.source)
         source, medium = self.water.source, (scene.eta, np.asarray(scene.sigma_a, float))
 
         radius = light.angle / 2 if isinstance(light, Sun) else 0.0
-        self.disc = Disc(self.water, scene.receivers, texels, scene.eta, radius, settings.tolerance)
+        self.disc = Disc(self.water, scene.receivers, texels, scene.eta, radius, self._tolerance)
 
         def lander(mirrored):
             again = None if never and not mirrored else meetings
-            return Lander(scene.receivers, texels, tracer, outlines, again, source, *medium, mirrored)
+            return Lander(scene.receivers, texels, around.tracer, around.outlines, again, source, *medium, mirrored)
 
         through = lander(mirrored=False)
         # The rim of a cone is a border, which needs rays; points know the plane for the sun in clear water only.
         plain = never and not (
-            shadowed.any() or isinstance(light, Spot) or (settings.points and through.rows.total > 1)
+            shadowed.any() or isinstance(light, Spot) or (around.settings.points and through.rows.total > 1)
         )
-        plane = one_plane(scene, texels) if plain else None
+        plane = around.plane if plain else None
         if plane is not None:
             through = PlaneLander(plane, texels[0].chart, source, *medium)
         self._rows, self._power = through.rows, source.power
-        self._ways = [Way(self.water, scene.water.twins, shadowed, through)]
+        self._ways = [Way(self.water, lambda: around.edges, shadowed, through)]
         if mirrors.any():
-            part = part_of(self.water, scene.water.twins, mirrors)
-            self._ways.append(Way(*part, shadowed[mirrors], lander(mirrored=True)))
+            part, twins = part_of(self.water, scene.water.twins, mirrors)
+            smooth = part.triangles is part.normal_triangles
+            edges = partial(Edges.of, part.triangles, twins, smooth)
+            self._ways.append(Way(part, edges, shadowed[mirrors], lander(mirrored=True)))
 
     def spread(self):
         """Flux [W] per owned texel (K,3), per cause of loss and in all (3,), by beams, and its predicted relative mean
@@ -101,7 +104,7 @@ class Lit:
         suns = within_disc(self.light, _DIRECTIONS, rng)
         flux, lost, met, used = 0.0, {}, 0.0, 0
         for sun in suns:
-            part = Lit(self.scene, sun, self.texels, *self._rest)
+            part = Lit(sun, self._around)
             own, causes, all_of_it, count = part.throw(photons / len(suns), rng)
             self._again += part.again()
             flux, met, used = flux + own / len(suns), met + all_of_it / len(suns), used + count
@@ -137,18 +140,16 @@ class Lit:
 
 
 class Way:
-    """A way that light takes from the water, through it or off it: from which LitWater, with its twins, where it may
-    lie in a shadow (T,), and the Lander that follows it."""
+    """A way that light takes from the water, through it or off it: from which LitWater, what makes its Edges, where it
+    may lie in a shadow (T,), and the Lander that follows it."""
 
-    def __init__(self, water, twins, shadowed, lander):
-        self.water, self.twins, self.shadowed, self.lander = water, twins, shadowed, lander
+    def __init__(self, water, edges, shadowed, lander):
+        self.water, self._edges, self.shadowed, self.lander = water, edges, shadowed, lander
         self._points = None
 
     def start(self):
         """What `splat` takes of it."""
-        water = self.water
-        edges = Edges.of(water.triangles, self.twins, water.triangles is water.normal_triangles)
-        return water, edges, self.lander, self.shadowed
+        return self.water, self._edges(), self.lander, self.shadowed
 
     def share(self, water):
         """Share of the light on `water` that starts this way."""

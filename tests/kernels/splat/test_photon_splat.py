@@ -7,7 +7,7 @@ from waves import OBLIQUE, calm, five_sines, flat, floor, grid, pool, quad, sun,
 from dapple.kernels.halfedges import build_twins
 from dapple.kernels.maps.texels import rasterise
 from dapple.kernels.scene import Occluder, Receiver, Scene, Settings, Water
-from dapple.kernels.splat import ways
+from dapple.kernels.splat import surroundings
 from dapple.kernels.splat.photon_splat import solve
 from dapple.kernels.splat.plane import one_plane
 from dapple.kernels.status import Status
@@ -83,7 +83,7 @@ def test_mean_of_the_pool_is_known(points):
 def test_rays_and_the_plane_land_photons_alike(monkeypatch):
     scene = pool(quads=32)
     by_plane = bake(scene, 64, tolerance=1e-2, points=True)
-    monkeypatch.setattr(ways, "one_plane", lambda *_: None)
+    monkeypatch.setattr(surroundings, "one_plane", lambda *_: None)
     by_rays = bake(scene, 64, tolerance=1e-2, points=True)
     # The same photons: only those within float32's rounding of a texel's border may differ.
     difference = np.abs(by_plane.images[0] - by_rays.images[0])[..., 0]
@@ -110,7 +110,7 @@ def test_the_plane_is_taken_only_where_it_is_right():
 def test_beams_by_rays_and_by_the_plane_give_one_picture(monkeypatch, direction):
     scene = pool(quads=48, direction=direction)
     by_plane = bake(scene, 64, tolerance=1e-5)
-    monkeypatch.setattr(ways, "one_plane", lambda *_: None)
+    monkeypatch.setattr(surroundings, "one_plane", lambda *_: None)
     by_rays = bake(scene, 64, tolerance=1e-5)
     difference = ((by_plane.images[0] - by_rays.images[0]) ** 2).mean() / by_rays.images[0].mean() ** 2
     assert difference < 3e-5
