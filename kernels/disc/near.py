@@ -2,7 +2,7 @@
 
 All cells that lie alike in their texels share the kernel's taps on texels, so a block of texels is a product of two
 matrices, taps by cells and cells by texels. What would leave its chart is thrown back by the border, as by a mirror, or
-stays where it is; so even light stays even and none is lost.
+stays where it is; so no light is lost, and along straight borders even light stays even.
 """
 
 from __future__ import annotations

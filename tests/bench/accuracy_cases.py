@@ -124,7 +124,8 @@ def other_meshes():
 def discs():
     """The sun of 0.53 degrees against the true waves."""
     for pond in (pool(), drawn(2), drawn(5)):
-        yield Case(pond.with_disc(), meshes.regular, of_waves, beams(3.5e-3), "regular", "reconstructed")
+        for tolerance in (1e-2, 2e-3):
+            yield Case(pond.with_disc(), meshes.regular, of_waves, beams(tolerance), "regular", "reconstructed")
 
 
 TABLES = {
