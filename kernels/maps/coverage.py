@@ -48,7 +48,7 @@ class _Deposits:
         return self._sums
 
     def _flush(self):
-        if self._pending:
+        if self._count:
             cell = np.concatenate([c for c, _ in self._pending])
             low = cell.min()
             cell -= low

@@ -62,6 +62,10 @@ def test_two_triangles_of_a_square_leave_no_crack():
     np.testing.assert_allclose(whole, parts, atol=1e-13)
 
 
+def test_what_lies_above_the_grid_covers_nothing():
+    assert not edge_coverage(*polygon([[0, 7], [2, 7], [2, 9]]), (4, 5)).any()
+
+
 def test_nothing_covers_nothing():
     empty = np.zeros((2, 0))
     assert edge_coverage(empty, empty, np.zeros((1, 0)), (3, 3)).sum() == 0
