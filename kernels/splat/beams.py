@@ -25,6 +25,7 @@ _DEPTH = 14  # splits at most
 _TORN, _SHARP = 4.0, 0.15
 _JUMP = 16.0  # texels: parts that are cut and land further apart than this are looked at for seams
 _ERROR = 2.0  # of the predicted error: measured on pools of many waves and meshes, 0.3 to 1.5 times that
+_HIDDEN = 0.5  # texels: parts smaller than this that no ray of the lander's light meets have none, though it is near
 _EVEN = np.array([1, 1, 1, 3, 3, 3]) / 12  # shares of the six rays: six triangles have a corner, two a middle
 _PARTS = ([0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5])  # of corners 0, 1, 2 and the middles 3, 4, 5 of their edges
 _EDGES = [0, 3, 1, 4, 2, 5, 3, 4, 5], [3, 1, 4, 2, 5, 0, 4, 5, 3]  # between which the parts' middles 6 to 14 lie
@@ -175,7 +176,7 @@ class _Work:
         other half is for the parts of the others.
         """
         most = _cut_off(error[np.isfinite(error)], (self.tolerance - self.error) / 2)
-        seen = (clear & (chart != UNLIT)) | (size < self.sight)
+        seen = (clear & (chart != UNLIT)) | (size < np.where(chart == OTHER, _HIDDEN, self.sight))
         return np.isfinite(error) & (error <= most) & seen
 
     def _image(self, chart):
@@ -223,9 +224,7 @@ class _Work:
         """Flux (C,n) that arrives of beams of area (n,) through nodes corner (k,n), on the chart (n,) of the first
         unless it is given; books what meets the water, what is reflected and absorbed, and what lands on no chart."""
         chart = np.take(nodes.chart, corner[0]) if chart is None else chart
-        carried = (
-            np.where(chart == OTHER, 0.0, area) * sum(np.take(nodes.carried, c, axis=1) for c in corner) / len(corner)
-        )
+        carried = area * sum(np.take(nodes.carried, c, axis=1) for c in corner) / len(corner)
         met, passed, flux = self.rows.met(carried, area), self.rows.passed(carried), self.rows.arriving(carried)
         for code, cause in LOST.items():
             of_it = np.flatnonzero(chart == code)
@@ -256,18 +255,24 @@ class _Work:
         for corners, share in pieces:
             first, second, third = (c.take(take) for c in corners)
             own = (area * share)[take]
-            flux = self._through_middles((first, second, third), own, shade[take]) if self.grazing else None
-            self._spread(first.join(second).join(third), own, flux)
+            if self.grazing:
+                self._spread_evenly((first, second, third), own, shade[take])
+            else:
+                self._spread(first.join(second).join(third), own)
         return sound
 
-    def _through_middles(self, corners, area, shade):
-        """As `_book`, of parts of area (n,) with three Nodes corners, through the middles of their edges."""
-        m, n = (
-            np.concatenate([(getattr(corners[k], v) + getattr(corners[k - 1], v)) / 2 for k in range(3)], 1)
-            for v in "mn"
-        )
-        middles = self.lander.land(m, n, np.tile(shade, 3))
-        return self._book(middles, np.arange(3 * len(area)).reshape(3, -1), area, corners[0].chart)
+    def _spread_evenly(self, corners, area, shade):
+        """As `_spread`, parts of area (n,) with three Nodes corners, by the light at three points in them, exact for
+        quadratics; where the corners' goes nowhere, that of each point goes its own way."""
+        inner = ([sum(getattr(c, v) for c in corners) / 6 + getattr(c, v) / 2 for c in corners] for v in "mn")
+        m, n = (np.concatenate(v, 1) for v in inner)
+        inner, rows = self.lander.land(m, n, np.tile(shade, 3)), np.arange(3 * len(area)).reshape(3, -1)
+        at = np.flatnonzero(corners[0].chart >= 0)
+        flux = self._book(inner, rows[:, at], area[at], corners[0].chart[at])
+        first, second, third = (corner.take(at) for corner in corners)
+        self._spread(first.join(second).join(third), area[at], flux)
+        at = np.flatnonzero(corners[0].chart < 0)
+        self._points(inner.take(rows[:, at].ravel()), np.tile(area[at] / 3, 3))
 
 
 def _cut_off(error, most):

@@ -51,7 +51,7 @@ def solve(scene, texels, settings):
         irradiance = _by_beams(lights, texels, settings, work)
     work.seconds["photons"] = time.perf_counter() - start
     _tell_of_second_meetings(lights, settings.tolerance, work)
-    work.left_out += left_out(scene, settings, work)
+    work.left_out += left_out(scene, texels, settings, work)
     return answer(scene, texels, irradiance, np.where(irradiance.any(1), Status.LIT, Status.DARK), work)
 
 

@@ -1,11 +1,13 @@
 """One light and the casters in it: points that set out on its entry cells, or beams, and the books of what they bring.
 
 Flux counts as having come in where it meets its first caster; light that meets none is not this module's. For beams a
-few points look first where the light goes. Codes whose points would leave little noise are landed by these points; each
-of the others has beams of its own, from the cells where the points found its light, and those round them.
+few points look first where the light goes, see `pilot.py`; each code that they do not land has beams of its own, from
+the cells where the points found its light, and those round them.
 """
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 
@@ -21,6 +23,8 @@ from .arrivals import Arrivals
 from .code_lander import CodeLander
 from .entry import Entry, points
 from .follow import BEYOND, BLOCKED, CULLED, FAINT, Follower, Rays
+from .pilot import ALONG, Pilot
+from .sun_disc import DiscCast, directions
 from .surfaces import Surfaces
 from .volume import Box
 
@@ -29,8 +33,9 @@ _LOST = (*dict.fromkeys(CAUSES.values()), "absorbed", LOST[BACK])
 _SIGHT = 2.0  # texels: how wide cells of the entry are
 _CELLS = 32, 256  # of the entry, along its longer side, at least and at most
 _FAINT = 1e-2  # of the tolerance: branches that carry less of a photon are not followed
-_PILOT = 2  # points along the side of a cell that look where light goes
-_NOISE = 0.25  # of the tolerance: for what the pilot's points land
+_NOISE, _ROUGH = 0.25, 0.4  # of the tolerance: for codes of little noise, and for rough light
+_MORE = 256  # times the pilot's points, where light is rough, at most
+_TINY = np.finfo(float).tiny
 _ROUNDING = 1e-12
 
 
@@ -41,16 +46,27 @@ def over_casters(scene, texels, settings):
     powers = [light.irradiance if isinstance(light, Sun) else light.intensity for light in scene.lights]
     surfaces = Surfaces(scene, np.sum([np.zeros(3), *powers], axis=0))
     box = Box(scene.volume) if scene.volume is not None else None
-    return [Cast(scene, light, texels, surfaces, box, settings) for light in scene.lights]
+
+    def make(light, tolerance):
+        return Cast(scene, light, texels, surfaces, box, replace(settings, tolerance=tolerance))
+
+    casts = []
+    for light in scene.lights:
+        count, _ = directions(scene, light, texels)
+        plain = count == 1
+        casts.append(make(light, settings.tolerance) if plain else DiscCast(light, count, make, settings))
+    return casts
 
 
-def left_out(scene, settings, work):
+def left_out(scene, texels, settings, work):
     """Sentences (a list of str) on what the light of a Scene over its casters does not contain, by its books."""
     if not scene.casters:
         return []
     sentences = []
-    if any(isinstance(light, Sun) and light.angle > 0 for light in scene.lights):
-        sentences.append("the sun's disc, in light over glass and mirrors: that comes from its middle")
+    for light in scene.lights:
+        count, enough = directions(scene, light, texels)
+        if count < enough:
+            sentences.append(f"what is between {count} directions within the disc of '{light.name}', over casters")
     if settings.dispersion:
         sentences.append("dispersion in glass, which bends all colours alike; the water's has its own index for each")
     part = work.flux_lost[LOST[_BEYOND]].sum() / max(work.flux_in.sum(), np.finfo(float).tiny)
@@ -96,21 +112,22 @@ class Cast:
         return *self._own(*self._bins.take()), used
 
     def spread(self):
-        """As `throw`, by beams, and their predicted relative mean squared error."""
-        found = self._look()
-        square = self._mean(found) ** 2 * sum(len(t.area) for t in self._texels)
+        """As `throw`, by beams, and points where light is rough; and their predicted relative mean squared error."""
+        pilot = self._look()
+        square = (pilot.arrived / sum(t.area.sum() for t in self._texels)) ** 2 * sum(len(t.area) for t in self._texels)
         tolerance = self._settings.tolerance * square
-        weight, strong, error = self._weigh(found, _NOISE * tolerance)
+        quiet, error = pilot.quiet(_NOISE * tolerance)
+        for rays, end, flux in pilot.points(quiet):
+            self._land(rays, end, flux / rays.share)
+        strong = np.setdiff1d(pilot.words, quiet).tolist()
+        found, rough = ({word: pilot.cells(word)[k] for word in strong} for k in (0, 1))
+        error += self._throw_rough(rough, pilot.noise(rough), _ROUGH * tolerance)
         sheet = Sheet(np.zeros(0, np.int64), len(self._texels), self.arrivals.side, self.channels)
-        books, met = [], 0.0
-        for word, share, cells in self._beamed(found, strong, weight):
-            lander = CodeLander(self, word)
-            sheet.image = lander.image
-            lit, twins = self._entry.part(self._entry.grown(self._entry.grown(cells)))
-            shadowed = np.zeros(len(lit.area), bool)
-            edges = Edges.of(lit.triangles, twins, True)
-            left = (1 - _NOISE) * tolerance * share
-            lost, came, wrong = splat(lit, edges, lander, shadowed, sheet, self._texel_area, left, _SIGHT)
+        books, met, total = [], 0.0, sum(pilot.flux(word) for word in strong)
+        for word in strong:
+            near = self._entry.around(self._entry.around(found[word]) > 0) > 0
+            left = (1 - _NOISE - _ROUGH) * tolerance * pilot.flux(word) / max(total, _TINY)
+            lost, came, wrong = self._beam(word, near & ~rough[word], found[word], sheet, left)
             books, met, error = [*books, lost], met + came, error + wrong
         flux, lost, landed = self._bins.take()
         beams = sheet.flux()
@@ -121,45 +138,42 @@ class Cast:
         return *self._own(flux + beams, lost, met + landed), error / square if square else 0.0
 
     def _look(self):
-        """What a few points find: (Rays, what they end on, their flux over the power, cells they set out on)."""
+        """The Pilot of the entry."""
         rng = np.random.default_rng(self._settings.seed)
         found = []
-        for cell, m, area in points(self.water, _PILOT**2 * len(self.water.area) / 2, rng):
+        for cell, m, area in points(self.water, ALONG**2 * len(self.water.area) / 2, rng):
             rays, met = self.start(m)
             for ended, end in self.follower.ends(rays):
                 found.append((ended, end, np.take(area * met, ended.photon) * ended.share, cell[ended.photon]))
-        return found
+        return Pilot(found, self._surfaces.receiving, self._entry, self._texel_area.min())
 
-    def _mean(self, found):
-        """Mean irradiance over the power, of what arrives at receivers."""
-        arrived = sum((flux[_receives(end, self._surfaces)].sum() for _, end, flux, _ in found), 0.0)
-        return arrived / sum(t.area.sum() for t in self._texels)
+    def _throw_rough(self, rough, noise, most):
+        """Land points where light is rough, {code: cells (n,) bool}, so many that their squared error, which is `noise`
+        for as many as the pilot's, is `most`; returns what it is then."""
+        cells = np.logical_or.reduce([np.zeros(len(self.water.area) // 2, bool), *rough.values()])
+        if not cells.any():
+            return 0.0
+        more = np.clip(noise / most, 1, _MORE)
+        lit, number = self._entry.part(cells)[0], np.flatnonzero(cells)
+        rng = np.random.default_rng([self._settings.seed, 1])
+        for cell, m, area in points(lit, more * ALONG**2 * len(number), rng):
+            rays, met = self.start(m)
+            for ended, end in self.follower.ends(rays):
+                own = number[cell[ended.photon]]
+                kept = np.logical_or.reduce([(ended.code == word) & of_it[own] for word, of_it in rough.items()])
+                at = np.flatnonzero(kept)
+                self._land(ended.take(at), end[at], np.take(area * met, ended.photon[at]))
+        return noise / more
 
-    def _weigh(self, found, most):
-        """{code: flux} on receivers; the codes for beams; and the squared error of the others, no more than `most`.
-
-        The others are landed here by the points that were found.
-        """
-        codes = np.concatenate([np.zeros(0, np.int64), *(rays.code for rays, *_ in found)])
-        words, inverse = np.unique(codes, return_inverse=True)
-        flux = np.concatenate([np.zeros(0), *(f * _receives(end, self._surfaces) for _, end, f, _ in found)])
-        noise = np.bincount(inverse, (flux / self._texel_area.min()) ** 2, len(words))
-        order = np.argsort(noise)
-        quiet = order[np.cumsum(noise[order]) <= most]
-        for rays, end, own, _ in found:
-            at = np.flatnonzero(np.isin(rays.code, words[quiet]))
-            self._land(rays.take(at), end[at], own[at] / rays.share[at])
-        strong = np.setdiff1d(words, words[quiet])
-        return dict(zip(words.tolist(), np.bincount(inverse, flux, len(words)))), strong, noise[quiet].sum()
-
-    def _beamed(self, found, strong, weight):
-        """Yield (code, its share of the light that beams bring, cells (n,) bool where it was found)."""
-        total = sum(weight[word] for word in strong.tolist())
-        for word in strong.tolist():
-            cells = np.zeros(len(self.water.area) // 2, bool)
-            for rays, _, _, cell in found:
-                cells[cell[rays.code == word]] = True
-            yield word, weight[word] / total, cells
+    def _beam(self, word, cells, found, sheet, tolerance):
+        """What `beams.splat` returns for the light of one code from cells (n,) bool, of those where it was found (n,)
+        and of others."""
+        lander = CodeLander(self, word, np.repeat(found[cells], 2))
+        sheet.image = lander.image
+        lit, twins = self._entry.part(cells)
+        shadowed = np.zeros(len(lit.area), bool)
+        edges = Edges.of(lit.triangles, twins, True)
+        return splat(lit, edges, lander, shadowed, sheet, self._texel_area, tolerance, _SIGHT)
 
     def start(self, m):
         """The Rays of points m (3,n) of the entry, and what meets them (n,) over the power."""

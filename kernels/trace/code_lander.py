@@ -40,21 +40,21 @@ class CodeLander:
     """Follows the light of a `cast.Cast` whose paths have the code `word`.
 
     A node's chart is that of the receiver for each path over smooth surfaces: beams whose rays differ in it are parts
-    of different sheets of light. image: the receiver of each.
+    of different sheets of light. image: the receiver of each. found (T,) bool: beams among which the pilot found it.
     """
 
     certain, grazing, again = False, True, 0  # what is turned back rises steeply towards the outline of what is round
 
-    def __init__(self, cast, word):
-        self._cast, self._word = cast, word
+    def __init__(self, cast, word, found):
+        self._cast, self._word, self._found = cast, word, found
         charts = cast.arrivals.image
         self._numbers, self._most = {}, max(_PATHS // max(len(charts), 1), 1)
         self.image = np.tile(charts, self._most)
         self.rows = Rows(cast.channels)
 
-    def clear(self, _m, _n, triangles, _shadowed):
-        """Something can always hide between rays (T,)."""
-        return np.zeros(len(triangles), bool)
+    def clear(self, _m, _n, _triangles, _shadowed):
+        """Whether (T,) nothing hides between rays: where the pilot found no such light, as far as it tells."""
+        return ~self._found
 
     def land(self, m, n, _shadowed):
         """Nodes of points m (3,k) of the entry, in the world."""

@@ -44,11 +44,11 @@ class Entry:
         self.twins = build_twins(triangles)
         self.lit = light_water(Water("Entry", positions, triangles, normals, triangles, self.twins), light)
 
-    def grown(self, cells):
-        """Whether (n,) a cell or a neighbour of it is one of the cells (n,) bool."""
+    def around(self, cells):
+        """How many (n,) of a cell and its eight neighbours are of the cells (n,) bool."""
         cuts = np.cumsum([np.count_nonzero(face.cells) for face in self._faces])[:-1]
         parts = zip(self._faces, np.split(cells, cuts), strict=True)
-        return np.concatenate([np.zeros(0, bool), *(face.grown(part) for face, part in parts)])
+        return np.concatenate([np.zeros(0, np.int64), *(face.around(part) for face, part in parts)])
 
     def part(self, cells):
         """The LitWater of the cells (n,) bool only, and its twins."""
@@ -88,13 +88,13 @@ class _Face:
         self._low, self._size = low, (high - low) / (self._columns, self._rows)
         grid = np.zeros((max(self._columns, self._rows),) * 2, bool)
         grid.ravel()[touching((corners - low) / self._size, len(grid))[1]] = True
-        self.cells = _with_neighbours(grid[: self._rows, : self._columns])
+        self.cells = _around(grid[: self._rows, : self._columns]) > 0
 
-    def grown(self, part):
-        """As `Entry.grown`, of this face's cells."""
+    def around(self, part):
+        """As `Entry.around`, of this face's cells."""
         grid = np.zeros_like(self.cells)
         grid[self.cells] = part
-        return _with_neighbours(grid)[self.cells]
+        return _around(grid)[self.cells]
 
     def mesh(self):
         """Positions (V,3), triangles (2n,3) and normals (V,3) of the cells."""
@@ -108,11 +108,10 @@ class _Face:
         return (local + self._origin) @ self._frame, triangles, np.tile(self._frame[2], (len(used), 1))
 
 
-def _with_neighbours(grid):
-    """Cells (rows, columns) bool and the eight round each."""
-    framed = np.pad(grid, 1)
-    shifts = [framed[j : j + grid.shape[0], i : i + grid.shape[1]] for j in range(3) for i in range(3)]
-    return np.logical_or.reduce(shifts)
+def _around(grid):
+    """How many of each cell (rows, columns) of a grid and the eight round it are set."""
+    framed = np.pad(grid.astype(np.int64), 1)
+    return sum(framed[j : j + grid.shape[0], i : i + grid.shape[1]] for j in range(3) for i in range(3))
 
 
 def _cube():

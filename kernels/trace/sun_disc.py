@@ -1,0 +1,71 @@
+"""The sun's disc over casters: directions within it, each a sun of its own, as many as the blur is wide.
+
+Glass and mirrors turn the disc about as they turn the light, so that no one ellipse stands for it; its pictures are
+added up. Errors of pictures from different directions are independent, which is why each may have more of them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..disc.disc import within_disc
+from ..scene import Sun
+
+_MOST = 16  # directions for beams
+_POINTS = 16  # directions that the points of one half come from
+_SEEN = 0.5  # texels: narrower blurs are not seen
+
+
+def directions(scene, light, texels):
+    """How many directions within a light's disc its beams need over the casters, and how many would be enough.
+
+    The blur is that of light which goes straight on from the casters to the nearest receiver, and through them.
+    """
+    if not isinstance(light, Sun) or light.angle <= 0:
+        return 1, 1
+    positions = np.concatenate([caster.positions for caster in scene.casters])
+    middle, reach = (positions.min(0) + positions.max(0)) / 2, np.ptp(positions, axis=0).max() / 2
+    distance = min((np.linalg.norm(t.positions - middle, axis=1).min(initial=np.inf) for t in texels), default=0.0)
+    texel = np.sqrt(min(t.area.sum() / len(t.area) for t in texels))
+    blur = light.angle * (distance + reach) / texel
+    enough = int(np.ceil((blur / _SEEN) ** 2)) if blur > _SEEN else 1
+    return min(enough, _MOST), enough
+
+
+class DiscCast:
+    """As `cast.Cast`, of a Sun with a disc in `count` directions for beams; make: (Sun, tolerance) -> its Cast."""
+
+    def __init__(self, light, count, make, settings):
+        self._light, self._count, self._make, self._settings = light, count, make, settings
+        self.water = make(light, settings.tolerance).water
+
+    def again(self):
+        return 0
+
+    def throw(self, photons, rng):
+        """As `Cast.throw`."""
+        casts = self._casts(_POINTS, rng, self._settings.tolerance)
+        flux, lost, met, used = zip(*(cast.throw(photons / _POINTS, rng) for cast in casts), strict=True)
+        return sum(flux), _added(lost), sum(met), sum(used)
+
+    def spread(self):
+        """As `Cast.spread`."""
+        rng = np.random.default_rng(self._settings.seed)
+        casts = self._casts(self._count, rng, self._settings.tolerance * self._count)
+        flux, lost, met, error = zip(*(cast.spread() for cast in casts), strict=True)
+        return sum(flux), _added(lost), sum(met), sum(error) / self._count**2
+
+    def _casts(self, count, rng, tolerance):
+        """Casts of `count` suns that share the light."""
+        for sun in within_disc(self._light, count, rng):
+            yield self._make(replace(sun, irradiance=np.asarray(sun.irradiance) / count), tolerance)
+
+
+def _added(books):
+    """The sums of {cause: W} over all books."""
+    return {
+        cause: sum(book[cause] for book in books if cause in book)
+        for cause in dict.fromkeys(k for b in books for k in b)
+    }

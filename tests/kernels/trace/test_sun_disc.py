@@ -1,0 +1,43 @@
+"""The sun's disc over casters, against the closed form of a mirror's blurred edge."""
+
+import numpy as np
+import pytest
+from casters import SILVER, no_water, slab
+from waves import quad
+
+from dapple.kernels.maps.texels import rasterise
+from dapple.kernels.methods import solve
+from dapple.kernels.scene import Scene, Settings, Sun
+from dapple.kernels.trace.sun_disc import directions
+
+
+def scene(angle):
+    """A mirror 1 m wide that throws the light of a sun at 45 degrees onto a wall 2 m behind its middle."""
+    light = Sun("Sun", np.array([np.sqrt(0.5), 0.0, -np.sqrt(0.5)]), np.ones(3), angle)
+    wall = quad("Wall", np.array([[3, -1.5, 0], [3, 1.5, 0], [3, 1.5, 3], [3, -1.5, 3]], float)[::-1])
+    mirror = slab((0.5, -0.5, -0.1), (1.5, 0.5, 0.0), SILVER)
+    return Scene(no_water(), (wall,), (), (light,), casters=(mirror,))
+
+
+@pytest.mark.parametrize("points", [False, True])
+def test_an_edge_is_as_blurred_as_the_disc_is_wide(points):
+    """A uniform disc of radius r blurs each way by the standard deviation r / 2."""
+    lit = scene(0.04)
+    own = rasterise(lit.receivers[0], 48)
+    answer = solve(lit, [own], Settings(resolution=48, points=points, tolerance=0.003 if points else 1e-4))
+    image = answer.images[0][..., 0]
+    side = own.positions[:, 1].reshape(48, 48)
+    flux = image * 9 / 48**2
+    assert flux.sum() == pytest.approx(np.sqrt(0.5), rel=1e-2)
+    spread = (flux * side**2).sum() / flux.sum()
+    way = 2 * np.sqrt(2)  # from the middle of the mirror
+    assert spread == pytest.approx(1 / 12 + (way * np.tan(0.02)) ** 2 / 4, rel=1e-2)
+
+
+def test_as_many_directions_as_can_be_seen():
+    lit = scene(0.04)
+    few, many = (rasterise(lit.receivers[0], side) for side in (8, 128))
+    assert directions(lit, scene(0.0).lights[0], [many]) == (1, 1)
+    assert directions(lit, scene(0.001).lights[0], [few]) == (1, 1)
+    used, enough = directions(lit, lit.lights[0], [many])
+    assert used == 16 and enough > 50
