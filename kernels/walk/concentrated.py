@@ -20,6 +20,7 @@ from ..splat.plane import PlaneLander, one_plane
 from ..splat.sheet import Sheet
 from ..splat.silhouettes import Silhouettes
 
+LEFT_OUT = ["objects less than a texel wide as the light sees them count in part where light is thrown together"]
 _DENSE = 1.25  # times the light's density as it comes in, or its mean on the receivers where that is less
 _TRIANGLES = 1 << 12  # at once
 _SIGHT = 1.0  # texels: how wide a thing may stand between rays unseen

@@ -19,6 +19,7 @@ from ..scene import Diagnostics, Sun
 from ..solution import answer, check_texels
 from ..status import Status
 from . import first_root
+from .concentrated import LEFT_OUT
 from .paths import LightPaths
 from .texel_means import Means
 
@@ -39,7 +40,7 @@ def solve(scene, texels, settings):
     ValueError where texels and receivers do not match.
     """
     check_texels(scene, texels)
-    own = first_root.LEFT_OUT if settings.first_root else []
+    own = first_root.LEFT_OUT if settings.first_root else LEFT_OUT
     work = Diagnostics("conic_walk", _REASONS[settings.first_root], left_out=[*own, *_LEFT_OUT])
     known = [light for light in scene.lights if isinstance(light, Sun) or not settings.first_root]
     others = [light for light in scene.lights if settings.first_root and not isinstance(light, Sun)]

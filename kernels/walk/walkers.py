@@ -140,15 +140,15 @@ class Walk:
         """Those at exits that are `going` (n,), on the other side; who leaves the mesh or comes back to the start ends
         here."""
         w, surface = walkers, self.surface
-        rim, round_ = going & (w.edge < 0), going & (w.edge == self._stop.take(w.id))
-        self.status[w.id[rim]] = Status.OFF_THE_RIM
-        self.status[w.id[round_]] = Status.NO_ROOT
+        ended = (w.edge < 0) | (w.edge == self._stop.take(w.id))
+        at = np.flatnonzero(going & ended)
+        self.status[w.id[at]] = np.where(w.edge[at] < 0, Status.OFF_THE_RIM, Status.NO_ROOT)
         share, ends, corners = 1 - w.share, w.ends[::-1], w.corners[::-1]
         if surface.turned is not None:
             turned = surface.turned.take(w.edge)
             share, ends = np.where(turned, w.share, share), np.where(turned, w.ends, ends)
             corners = np.where(turned, w.corners, corners)
-        across = Walkers(w.id, w.edge, share, ends, corners).take(np.flatnonzero(going & ~(rim | round_)))
+        across = Walkers(w.id, w.edge, share, ends, corners).take(np.flatnonzero(going & ~ended))
         if not surface.smooth:
             across.ends = surface.g_at_ends(across.edge, self.p[:, across.id])
             across.corners = np.stack([surface.tail[across.edge], surface.head[across.edge]])
