@@ -109,8 +109,8 @@ class _Work:
         sheet = same & np.isfinite(error)  # else it is torn
         size = self._size(nodes, six, area)
         if self.lander.grazing:  # rays that part are worth following as far as the light of single points would show
-            flux = area * self._light(nodes, six)[0] / self.finest
-            error = np.where(sheet, error, flux * flux / 2)
+            flux = area * np.take(self.rows.passed(nodes.carried), six).max(0) / self.finest
+            error = np.where(sheet, error, (_EVEN**2).sum() * flux * flux)
         whole = self._ready(chart[0], error, size, clear)
         at, ordered = self._to_cut(nodes, six, chart, area, size, clear, whole)
         cut = np.zeros(len(area), bool)

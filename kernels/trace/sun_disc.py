@@ -15,7 +15,7 @@ from ..scene import Sun
 
 _MOST = 16  # directions for beams
 _POINTS = 16  # directions that the points of one half come from
-_SEEN = 0.5  # texels: narrower blurs are not seen
+_SEEN = 1.0  # texels: so far apart may directions land
 
 
 def directions(scene, light, texels):
@@ -25,13 +25,18 @@ def directions(scene, light, texels):
     """
     if not isinstance(light, Sun) or light.angle <= 0:
         return 1, 1
-    positions = np.concatenate([caster.positions for caster in scene.casters])
-    middle, reach = (positions.min(0) + positions.max(0)) / 2, np.ptp(positions, axis=0).max() / 2
-    distance = min((np.linalg.norm(t.positions - middle, axis=1).min(initial=np.inf) for t in texels), default=0.0)
     texel = np.sqrt(min(t.area.sum() / len(t.area) for t in texels))
-    blur = light.angle * (distance + reach) / texel
+    blur = light.angle * max(_way(caster, texels) for caster in scene.casters) / texel
     enough = int(np.ceil((blur / _SEEN) ** 2)) if blur > _SEEN else 1
     return min(enough, _MOST), enough
+
+
+def _way(caster, texels):
+    """How far [m] light goes from the far side of a caster to the nearest of the receivers, or less."""
+    low, high = caster.positions.min(0), caster.positions.max(0)
+    middle = (low + high) / 2
+    nearest = min((np.linalg.norm(t.positions - middle, axis=1).min(initial=np.inf) for t in texels), default=0.0)
+    return nearest + (high - low).max() / 2
 
 
 class DiscCast:
