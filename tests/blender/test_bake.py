@@ -250,6 +250,18 @@ def test_frames_in_which_nothing_moves_are_told_and_equal(empty_scene, out):
     assert (out / "Floor/caustics_0001.exr").read_bytes() == (out / "Floor/caustics_0002.exr").read_bytes()
 
 
+def test_reuse_keeps_its_share_from_frame_to_frame(pool, out):
+    """The maps hold the water's height, 1, 1.1 and 1.2 m: the mean of each and what was kept before."""
+    pool.dapple.reuse = 0.5
+    run(pool)
+    for n, kept in ((1, 1.0), (2, 1.05), (3, 1.125)):
+        np.testing.assert_allclose(read_exr(out / f"Floor/caustics_{n:04d}.exr"), kept, atol=1e-6)
+    assert any("trail" in sentence for sentence in record(out)["frames"]["3"]["left_out"])
+    settings = replace(request_from_scene(pool).settings, reuse=1.0)
+    with pytest.raises(DappleError, match="A reuse of 1 is out of range; set 0"):
+        run(pool, settings=settings)
+
+
 def test_light_that_falls_on_backs_is_said(empty_scene, out):
     build_pool(empty_scene, out)
     bpy.data.objects["Floor"].rotation_euler.x = math.pi

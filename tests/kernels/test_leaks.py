@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
-from waves import calm, five_sines, floor, pool, quad, turned
+from casters import ball, no_water
+from waves import calm, five_sines, floor, pool, quad, sun, turned
 
 from dapple.kernels.maps.texels import rasterise
 from dapple.kernels.methods import solve
-from dapple.kernels.scene import Occluder, Receiver, Settings
+from dapple.kernels.scene import Occluder, Receiver, Scene, Settings
 
 SIDE = 64
 methods = pytest.mark.parametrize(
@@ -84,3 +85,24 @@ def test_what_falls_on_backs_is_booked(points):
     for done in (answer, over):
         total = sum(done.diagnostics.flux_received.values()) + sum(done.diagnostics.flux_lost.values())
         np.testing.assert_allclose(total, done.diagnostics.flux_in, rtol=1e-9)
+
+
+def glass_rooms(between):
+    """No water: a glass ball in the lit room, close to what stands between it and the dark one."""
+    casters = (ball(0.25, (-0.35, 0.0, 0.5), fine=48),)
+    return Scene(no_water(), (floor(), *between), (), (sun((0.9, 0.1, -1.0)),), casters=casters)
+
+
+@pytest.mark.parametrize("points", [False, True], ids=["beams", "points"])
+@pytest.mark.parametrize("between", [wall(0.0), slab(1e-3)], ids=["sheet", "box"])
+def test_what_glass_throws_at_a_wall_stays_on_its_side(between, points):
+    """The ball's focus lies on the wall's foot: nothing of it behind the wall, nor on its other side."""
+    answer = bake(glass_rooms([between]), {"points": points})
+    assert not answer.images[0][:, SIDE // 2 + 1 :].any()
+    own = rasterise(between, SIDE)
+    light = answer.images[1].reshape(-1, 3)[own.texel, 0]
+    assert light.max() > 1.0
+    assert not light[own.normals[:, 0] > 0.5].any()
+    over = bake(glass_rooms([turned(between)]), {"points": points}).diagnostics
+    lit = answer.diagnostics.flux_received[between.name]
+    np.testing.assert_allclose(over.flux_lost["back"], lit, rtol=0.03)
