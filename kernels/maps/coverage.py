@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 _BLOCK = 1 << 13  # edges at once: what a block touches stays in the second-level cache
-_PENDING = 1 << 19  # differences between two bincounts: their bins are larger than the cache
+_PENDING = 1 << 19  # differences between two bincounts, or as many as there are bins: these outgrow the cache
 
 
 def edge_coverage(starts, ends, weights, shape):
@@ -35,12 +35,13 @@ class _Deposits:
     def __init__(self, channels, cells):
         self._sums = np.zeros((channels, cells))
         self._pending, self._count = [], 0
+        self._most = max(_PENDING, cells)
 
     def add(self, cell, values):
         """Add values (C,n) to cells (n,)."""
         self._pending.append((cell, values))
         self._count += len(cell)
-        if self._count > _PENDING:
+        if self._count > self._most:
             self._flush()
 
     def take(self):
