@@ -17,12 +17,13 @@ _FEW = 50  # vertices: an upright sheet has more
 class Sheet:
     """axis: 0, 1, 2, the coordinate that is the height; support (n,): vertices that the surface passes through; on (V,)
     bool: those of them that are far enough from where it is steep; distance [m]: typical of neighbours in support,
-    across the heights, as on a square grid of as many vertices."""
+    across the heights, as on a square grid of as many vertices; faces (T,) bool: all corners are in support."""
 
     axis: int
     support: np.ndarray
     on: np.ndarray
     distance: float
+    faces: np.ndarray
 
 
 def turned(vectors, axis):
@@ -80,7 +81,8 @@ def _along(axis, height, steep, area, triangles, count, rest):
         inside &= used[triangles].all(1)
         support = np.flatnonzero(used)
         if inside.any() and (axis == 2 or len(support) > _FEW):
-            yield Sheet(axis, support, used & ~far, np.sqrt(np.abs(height[inside]).sum() / 2 / len(support)))
+            distance = np.sqrt(np.abs(height[inside]).sum() / 2 / len(support))
+            yield Sheet(axis, support, used & ~far, distance, inside)
 
 
 def _gentle(points, triangles):

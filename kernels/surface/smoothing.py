@@ -18,6 +18,7 @@ from .bspline import Samples
 from .fit import coarse_lattice, detrended, solve
 
 LADDER = (0.6, 0.2, 0.06, 0.02, 0.006, 0.002)  # the last is right for vertices that lie on the surface
+ON_THE_SURFACE = 0.006  # and so is this, or a little noise
 _PAYS, _LEAPS = 0.95, 0.7  # of the predicted error, from one rung to the next, and to any
 _ROUGHER = 1.5  # times the slopes' deviation
 _WINDOW = 1500  # vertices that are looked at

@@ -9,6 +9,7 @@ from .compact import compact
 from .fit import fit
 from .hermite import between_corners
 from .sheets import components, find_sheets, turned, turned_back
+from .smoothing import ON_THE_SURFACE
 
 _CREASE = 0.02  # of the distance of vertices, and
 _OUTLIER = 8.0  # deviations: a vertex farther off the spline than both is not on the surface that it describes
@@ -25,7 +26,7 @@ class Splines:
     def __init__(self, water, smoothing):
         self.positions, self.normals = water.positions.T, water.normals.T
         sheets = find_sheets(water.positions, water.triangles)
-        self._smoothing = self._settle(smoothing, sheets)
+        self._smoothing = self._settle(smoothing, sheets, water.triangles)
         fields = [self._fit(sheet, water.triangles) for sheet in sheets]
         known = [(sheet, field) for sheet, field in zip(sheets, fields, strict=True) if sheet.on.any()]
         self.sheets, self._fields = [sheet for sheet, _ in known], [field for _, field in known]
@@ -64,19 +65,28 @@ class Splines:
         """Whether all corners of triangles (n,3) lie on one sheet."""
         return np.any([sheet.on[triangles].all(1) for sheet in self.sheets], axis=0)
 
-    def _settle(self, smoothing, sheets):
+    def _settle(self, smoothing, sheets, triangles):
         """The lambda for these sheets."""
         slopes = [_slopes(turned(self.normals[:, s.support], s.axis)) for s in sheets]
         if not sheets:
             return None
         k = int(np.argmax([(s.var(1) * s.shape[1]).sum() for s in slopes]))
         points = turned(self.positions[:, sheets[k].support], sheets[k].axis)
-        return smoothing.settle(points.T, slopes[k], sheets[k].distance)
+        return smoothing.settle(points.T, slopes[k], self._spacing(sheets[k], triangles))
+
+    def _spacing(self, sheet, triangles):
+        """How far apart [m] vertices are at the farthest: the longest edges over sqrt 2, in the mean by area."""
+        x, y = turned(self.positions, sheet.axis)[:2, triangles[sheet.faces].T]
+        longest = np.sqrt(np.max([(x[k] - x[k - 1]) ** 2 + (y[k] - y[k - 1]) ** 2 for k in range(3)], axis=0))
+        area = np.abs((x[1] - x[0]) * (y[2] - y[0]) - (y[1] - y[0]) * (x[2] - x[0]))
+        return float((longest * area).sum() / area.sum() / np.sqrt(2))
 
     def _fit(self, sheet, triangles):
-        """The HeightField of a sheet; vertices that do not lie on it are taken from sheet.on, with two rings."""
+        """The HeightField of a sheet; vertices that do not lie on it are taken from sheet.on, with two rings. Vertices
+        that are off the water get cells as wide as their spacing: finer ones follow the pattern of an iso-surface."""
         points = turned(self.positions[:, sheet.support], sheet.axis)
-        field = fit(points.T, sheet.distance, self._smoothing)
+        exact = self._smoothing <= ON_THE_SURFACE
+        field = fit(points.T, sheet.distance if exact else self._spacing(sheet, triangles), self._smoothing)
         off = np.abs(field.at(*points[:2])[0] - points[2])
         off_it = off > max(_CREASE * sheet.distance, _OUTLIER * 1.4826 * np.median(off))
         if off_it.any():

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from bench.water_meshes import make
 from overhangs import Breaking, Trochoid, angles, meshed, parameters, straight
 from waves import five_sines, flat, floor, grid, jittered_grid, mesh_water, pool, shaded_smooth, water
 
@@ -199,6 +200,14 @@ def test_needles_hide_no_part_of_the_water():
     smooth, sentence = Reconstruction().apply(mesh, FINE)
     assert f"for {len(mesh.triangles)} of {len(mesh.triangles)} triangles" in sentence
     assert slope_error(smooth) < slope_error(jittered()) / 8
+
+
+@pytest.mark.parametrize("kind", ["iso-surface", "interpolated iso-surface"])
+def test_iso_surfaces_get_nearer_to_the_water_whether_their_vertices_lie_on_it_or_not(kind):
+    """Where they do not, their error follows their cells, and must not be taken for waves."""
+    mesh = make(kind, five_sines, 96, 4.8, 0.0)
+    smooth, _ = Reconstruction().apply(mesh, FINE)
+    assert slope_error(smooth, five_sines) < slope_error(mesh, five_sines) * (0.2 if kind == "iso-surface" else 1)
 
 
 def test_a_step_in_the_water_is_not_smoothed_away():
