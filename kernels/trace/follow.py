@@ -100,7 +100,7 @@ class Follower:
         at = np.flatnonzero(rays.cast & ~rays.out)
         if len(at):
             distance, face = self.box.leaves(rays.origin[:, at], rays.direction[:, at])
-            left = ~self.surfaces.tracer.blocked(rays.start[:, at].T, rays.direction[:, at].T, distance)
+            left = self.surfaces.distance(rays.take(at), end[at]) > distance
             culled = at[left & self.box.culling[face]]
             rays.out = rays.out.copy()
             rays.out[at[left]] = True

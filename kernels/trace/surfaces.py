@@ -35,6 +35,8 @@ class Surfaces:
         self.off = _OFF * self.tracer.extent
         self.water = self.solid + sum(len(c.triangles) for c in scene.casters)
         self._tabulate_materials(scene, np.asarray(power, float))
+        soups = [s.positions[s.triangles] for s in (*scene.receivers, *scene.occluders)]
+        self._solids = np.concatenate([np.zeros((4, 0)), *(_planes(soup) for soup in soups)], 1)
         tables = [_geometry(mesh) for mesh in meshes]
         self._table = np.concatenate(tables, 1)
         self.patch = _patches(meshes)
@@ -81,6 +83,16 @@ class Surfaces:
         distance = -(dot(facet, rays.origin) + plane[3]) / np.where(fall == 0, np.inf, fall)
         distance = np.maximum(distance, 0)
         return rays.origin + distance * rays.direction, distance, facet, fall
+
+    def distance(self, rays, end):
+        """How far (k,) Rays go to the triangles that they meet, `end` (k,); inf where they meet none."""
+        bends = end >= self.solid
+        plane = np.empty((4, len(end)))
+        plane[:, bends] = np.take(self._table[:4], end[bends] - self.solid, axis=1)
+        plane[:, ~bends] = np.take(self._solids, np.maximum(end[~bends], 0), axis=1) if self.solid else 0.0
+        fall = dot(plane, rays.direction)
+        distance = -(dot(plane, rays.origin) + plane[3]) / np.where(fall == 0, np.inf, fall)
+        return np.where(end < 0, np.inf, distance)
 
     def dimmed(self, colour, medium, distance):
         """What is left of colour (C,k) after distance (k,) [m] in media (k,)."""
@@ -129,6 +141,13 @@ def _geometry(mesh):
     facet = across * turn / np.sqrt(squared)
     plane = np.concatenate([facet, -(facet * v[:, 0]).sum(1, keepdims=True)], 1)
     return np.concatenate([plane, np.concatenate([slope, offset[:, :, None]], 2).reshape(-1, 12)], 1).T
+
+
+def _planes(soup):
+    """Unit normals and minus offsets (4,T) of the planes of triangles soup (T,3,3)."""
+    across = np.cross(soup[:, 1] - soup[:, 0], soup[:, 2] - soup[:, 0])
+    across /= np.sqrt(np.maximum((across**2).sum(1, keepdims=True), _TINY))
+    return np.concatenate([across, -(across * soup[:, 0]).sum(1, keepdims=True)], 1).T
 
 
 def _patches(meshes):
