@@ -11,6 +11,7 @@ import bpy
 import numpy as np
 import pool_geometry as geometry
 import scene_tools as tools
+from mathutils import Vector
 
 HALF, HEIGHT = 1.6, 2.2  # of the floor and of the walls [m]
 MIRROR = (-0.95, 0.85, 0.30, 1.75)  # of the wall at -x: from y, to y, from z, to z [m]
@@ -75,7 +76,7 @@ def add_ball(material):
     radius = 0.24
     positions, faces = tools.ball(radius, 96, 48)
     ball = tools.add_mesh("Ball", positions, faces, [material], smooth=True)
-    ball.location = (-0.70, 0.65, radius + GAP)
+    ball.location = (-0.35, 0.45, radius + GAP)
     for frame, height in ((1, 0.0), (13, 0.30), (25, 0.0), (37, 0.30), (49, 0.0)):
         ball.location.z = radius + GAP + height
         ball.keyframe_insert("location", index=2, frame=frame)
@@ -84,7 +85,7 @@ def add_ball(material):
 
 def add_star(material):
     """Make the brass star, a band whose radius waves five times; a fifth of a turn brings it back to itself."""
-    around, thickness, height = 240, 0.008, 0.09
+    around, thickness, height = 240, 0.008, 0.13
     angle = np.arange(around) * 2 * np.pi / around
     radius = 0.30 * (1.0 + 0.16 * np.cos(5 * angle))
     profile = ((-thickness, 0.0), (thickness, 0.0), (thickness, height), (-thickness, height))
@@ -93,7 +94,7 @@ def add_star(material):
     star = tools.add_mesh("Star", positions, tools.torus_faces(around, len(profile)), [material], smooth=True)
     edges = star.modifiers.new("Sharp Edges", "EDGE_SPLIT")
     edges.split_angle = np.radians(40.0)
-    star.location = (0.15, -0.10, GAP)
+    star.location = (0.20, -0.25, GAP)
     for frame, turn in ((1, 0.0), (tools.FRAMES + 1, 2 * np.pi / 5)):
         star.rotation_euler.z = turn
         star.keyframe_insert("rotation_euler", index=2, frame=frame)
@@ -104,11 +105,12 @@ def add_star(material):
 def add_lamp():
     """Make the spot lamp, which sways; its shade is not modelled."""
     data = bpy.data.lights.new("Lamp", "SPOT")
-    data.energy, data.spot_size, data.spot_blend = 420.0, np.radians(150.0), 0.5
+    data.energy, data.spot_size, data.spot_blend = 330.0, np.radians(92.0), 0.3
     data.color, data.shadow_soft_size = (1.0, 0.90, 0.76), 0.008
     data.cycles.is_caustics_light = True
     lamp = tools.add_object("Lamp", data)
     lamp.location = LAMP
+    lamp.rotation_euler = Vector((-1.1, 0.95, -1.9)).to_track_quat("-Z", "Y").to_euler()
     for frame, sway in ((1, 0.0), (13, 0.3), (25, 0.0), (37, -0.3), (49, 0.0)):
         lamp.location.y = LAMP[1] + sway
         lamp.keyframe_insert("location", index=1, frame=frame)

@@ -14,9 +14,9 @@ from render_pool import IMAGES, JPEG_QUALITY, ROOT, load_dapple
 
 # scene: (frame, texels along a map, tolerance, views)
 SCENES = {
-    "glass": (1, 1024, 0.01, ("Above", "Near")),
-    "mirror_room": (9, 1024, 0.01, ("Room", "Into the Mirror")),
-    "lagoon": (1, 1024, 0.01, ("Boat", "Diver")),
+    "glass": (1, 512, 0.02, ("Above", "Near")),
+    "mirror_room": (1, 512, 0.02, ("Room", "Into the Mirror")),
+    "lagoon": (1, 512, 0.1, ("Boat", "Diver")),
 }
 
 
@@ -40,7 +40,7 @@ def bake_and_attach(name, folder):
 def render_views(name):
     """Render the scene's views to docs/images."""
     scene = bpy.context.scene
-    scene.eevee.taa_render_samples = 16
+    scene.eevee.taa_render_samples = 8
     scene.render.image_settings.file_format, scene.render.image_settings.quality = "JPEG", JPEG_QUALITY
     for view in SCENES[name][3]:
         scene.camera = bpy.data.objects[view]
