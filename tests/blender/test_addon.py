@@ -9,6 +9,7 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 import dapple  # noqa: E402
+from dapple.addon.properties import _is_box  # noqa: E402
 from dapple.operators import ops_attach, ops_bake  # noqa: E402
 from dapple.operators.bake import Preview  # noqa: E402
 from dapple.operators.errors import DappleError  # noqa: E402
@@ -62,6 +63,7 @@ def test_settings_start_as_documented(empty_scene):
     assert (settings.method, settings.resolution, settings.padding) == ("auto", 512, 4)
     assert settings.tolerance == pytest.approx(0.01)
     assert (settings.use_scene_range, settings.frame_start, settings.frame_end) == (True, 1, 48)
+    assert (settings.bounces, settings.volume, settings.culling) == (6, None, set())
     assert settings.output == "//caustics"
 
 
@@ -90,7 +92,7 @@ class Layout:
         assert icon in bpy.types.UILayout.bl_rna.functions["prop"].parameters["icon"].enum_items
         self.seen.append((bpy.ops.dapple.__getattr__(idname.removeprefix("dapple.")).get_rna_type().name, self.enabled))
 
-    def column(self, align):
+    def column(self, align=False, heading=""):
         return Layout(self.seen)
 
     row = column
@@ -109,6 +111,25 @@ def test_panels_show_every_setting_and_button(empty_scene):
     names = {name for name, _ in drawn()}
     settings = {p.identifier for p in empty_scene.dapple.bl_rna.properties} - {"rna_type", "name"}
     assert names == settings | {"Bake Frame", "Bake Animation", "Attach to Materials", "Detach"}
+
+
+def test_the_active_mesh_shows_whether_it_casts(empty_scene):
+    pool(empty_scene)
+    assert "caustics" not in dict(drawn())
+    bpy.context.view_layer.objects.active = bpy.data.objects["Sun"]
+    assert "caustics" not in dict(drawn())
+    bpy.context.view_layer.objects.active = bpy.data.objects["Floor"]
+    assert ("caustics", True) in drawn()
+
+
+def test_culling_waits_for_a_volume_which_is_a_cube(empty_scene):
+    assert ("culling", False) in drawn()
+    box = bpy.data.objects.new("Box", None)
+    assert not _is_box(empty_scene.dapple, box)
+    box.empty_display_type = "CUBE"
+    assert _is_box(empty_scene.dapple, box)
+    empty_scene.dapple.volume = box
+    assert ("culling", True) in drawn()
 
 
 def test_frame_range_is_greyed_while_the_scene_has_the_say(empty_scene):

@@ -34,7 +34,7 @@ def test_words_override_the_scene(pool, tmp_path, monkeypatch):
         add_grid(name, z)
     monkeypatch.chdir(tmp_path)
     words = ["bake", "--frames", "2-3,9", "--method", "conic_walk", "--tolerance", "0.2", "--resolution", "32"]
-    words += ["--dispersion", "55.7", "--match-cycles", "--out", "here"]
+    words += ["--dispersion", "55.7", "--match-cycles", "--bounces", "4", "--out", "here"]
     words += ["--water", "Sea,Bay", "--receivers", "Reef, Sand"]
     assert cli.main(words) == 0
     known = json.loads((tmp_path / "here" / "bake.json").read_text())
@@ -44,7 +44,7 @@ def test_words_override_the_scene(pool, tmp_path, monkeypatch):
     settings = known["settings"]
     assert (settings["method"], settings["tolerance"], settings["resolution"]) == ("conic_walk", 0.2, 32)
     assert (settings["dispersion"], settings["match_cycles"]) == (55.7, True)
-    assert settings["padding"] == 4
+    assert (settings["bounces"], settings["padding"]) == (4, 4)
     assert len(files_in(tmp_path / "here")) == 7
 
 
