@@ -1,7 +1,7 @@
 """Render glass, the room with a mirror and the lagoon in EEVEE with baked caustics.
 
 Run as `.venv/bin/python tests/figures/render_casters.py [scene ...]`; it writes docs/images/<scene>_<view>.jpg. A scene
-takes three minutes on two cores without a graphics card.
+takes some minutes on two cores without a graphics card.
 """
 
 from __future__ import annotations
