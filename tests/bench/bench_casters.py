@@ -11,7 +11,6 @@ from __future__ import annotations
 import platform
 import sys
 import time
-from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 
@@ -35,12 +34,6 @@ def cases():
         yield Case(f"{name}.blend", read(name), (1.5, 20.0) if name == "glass" else None)
 
 
-def one_interface(case):
-    """A Case less its sun's disc, which conic_walk leaves out."""
-    lights = tuple(replace(light, angle=0.0) for light in case.scene.lights)
-    return replace(case, name=f"{case.name}, no disc", scene=replace(case.scene, lights=lights), _bakes={})
-
-
 def tables(table):
     """Add all tables to a Table."""
     from bench import caster_checks
@@ -55,12 +48,10 @@ def tables(table):
             table.add(*row)
 
     measured = list(cases())
-    lagoon = one_interface(measured[-1])
-    methods = [lagoon.error_rows(1e-2, method) for method in ("photon_splat", "conic_walk")]
     errors = (case.error_rows(tolerance) for case in measured for tolerance in ASKED)
     begin("The reference against closed forms", caster_checks.HEAD, caster_checks.rows())
     begin("Errors of the maps", ERROR_HEAD, chain.from_iterable(errors))
-    begin("One interface: beams and the walk", ERROR_HEAD, chain.from_iterable(methods))
+    begin("One interface: the conic walk", ERROR_HEAD, measured[-1].error_rows(1e-2, "conic_walk"))
     begin("CPU seconds to an error of 1e-2", TIME_HEAD, (case.time_row() for case in measured))
     for case in measured:
         draw(case, ROOT / "docs" / "images" / f"casters_{case.name.removesuffix('.blend')}.png")

@@ -41,7 +41,7 @@ class Case:
     name: str
     scene: Any
     camera: tuple | None = None
-    _bakes: dict = field(default_factory=dict)
+    _bakes: dict = field(default_factory=dict, init=False)
 
     @cached_property
     def texels(self):
