@@ -3,7 +3,8 @@
 Needs `mitsuba` and `flip-evaluator` from PyPI beside what Dapple needs, and LLVM 16 or newer where the processor has
 AVX-512 (DRJIT_LIBLLVM_PATH names its library). Run as `python tests/bench/bench_casters.py`; it uses one thread, makes
 the references that are not in tests/bench/references yet, prints the tables as it goes and writes
-docs/casters_tables.md and docs/images/casters_*.png.
+docs/casters_tables.md and docs/images/casters_*.png. With names of scenes as arguments it prints what it measures of
+these, and writes nothing.
 """
 
 from __future__ import annotations
@@ -34,8 +35,8 @@ def cases():
         yield Case(f"{name}.blend", read(name), (1.5, 20.0) if name == "glass" else None)
 
 
-def tables(table):
-    """Add all tables to a Table."""
+def tables(table, names):
+    """Add all tables to a Table, or of the scenes of some names, and draw what all are made of."""
     from bench import caster_checks
     from bench.caster_cases import ERROR_HEAD, TIME_HEAD
     from bench.caster_pictures import draw
@@ -47,13 +48,15 @@ def tables(table):
         for row in rows:
             table.add(*row)
 
-    measured = list(cases())
+    measured = [case for case in cases() if not names or case.name in names]
+    if not names:
+        begin("The reference against closed forms", caster_checks.HEAD, caster_checks.rows())
     errors = (case.error_rows(tolerance) for case in measured for tolerance in ASKED)
-    begin("The reference against closed forms", caster_checks.HEAD, caster_checks.rows())
     begin("Errors of the maps", ERROR_HEAD, chain.from_iterable(errors))
-    begin("One interface: the conic walk", ERROR_HEAD, measured[-1].error_rows(1e-2, "conic_walk"))
     begin("CPU seconds to an error of 1e-2", TIME_HEAD, (case.time_row() for case in measured))
-    for case in measured:
+    walked = (case.error_rows(1e-2, "conic_walk") for case in measured if case.name == "lagoon.blend")
+    begin("One interface: the conic walk", ERROR_HEAD, chain.from_iterable(walked))
+    for case in measured if not names else ():
         draw(case, ROOT / "docs" / "images" / f"casters_{case.name.removesuffix('.blend')}.png")
 
 
@@ -76,7 +79,9 @@ def main():
     drjit.set_thread_count(1)
     load_dapple()
     table = Table()
-    tables(table)
+    tables(table, sys.argv[1:])
+    if sys.argv[1:]:
+        return
     text = f"Measured on {time.strftime('%Y-%m-%d')} by {COMMAND}: {machine()}.\n"
     (ROOT / "docs" / "casters_tables.md").write_text(text + "\n".join(table.lines) + "\n")
 
