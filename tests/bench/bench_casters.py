@@ -3,8 +3,8 @@
 Needs `mitsuba` and `flip-evaluator` from PyPI beside what Dapple needs, and LLVM 16 or newer where the processor has
 AVX-512 (DRJIT_LIBLLVM_PATH names its library). Run as `python tests/bench/bench_casters.py`; it uses one thread, makes
 the references that are not in tests/bench/references yet, prints the tables as it goes and writes
-docs/casters_tables.md and docs/images/casters_*.png. With names of scenes as arguments it prints what it measures of
-these, and writes nothing.
+docs/casters_tables.md and docs/images/casters_*.png. With names of scenes as arguments it measures and draws these
+only, and prints their tables.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def tables(table, names):
     begin("CPU seconds to an error of 1e-2", TIME_HEAD, (case.time_row() for case in measured))
     walked = (case.error_rows(1e-2, "conic_walk") for case in measured if case.name == "lagoon.blend")
     begin("One interface: the conic walk", ERROR_HEAD, chain.from_iterable(walked))
-    for case in measured if not names else ():
+    for case in measured:
         draw(case, ROOT / "docs" / "images" / f"casters_{case.name.removesuffix('.blend')}.png")
 
 
