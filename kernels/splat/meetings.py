@@ -92,6 +92,8 @@ class Meetings:
     def sinks(self, direction):
         """Whether (k,) rays that the water reflects along direction (3,k) go down into it more steeply than it is
         anywhere: interpolated normals send them there, no light goes so."""
+        if np.isinf(self.slope):
+            return np.zeros(direction.shape[1], bool)
         return direction[2] < -self.slope * np.sqrt(direction[0] ** 2 + direction[1] ** 2)
 
     def never(self, source):

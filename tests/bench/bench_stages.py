@@ -26,12 +26,13 @@ COMMAND = "`.venv/bin/python tests/bench/bench_stages.py`"
 
 
 def load_dapple():
-    """Register the working tree as the package `dapple`, and the tests' waves as a module."""
+    """Import the working tree as the package `dapple` with the add-on registered, and find the tests' waves."""
     spec = importlib.util.spec_from_file_location(
         "dapple", ROOT / "__init__.py", submodule_search_locations=[str(ROOT)]
     )
     sys.modules["dapple"] = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(sys.modules["dapple"])
+    sys.modules["dapple"].register()
     sys.path.insert(0, str(ROOT / "tests"))
 
 
@@ -102,11 +103,9 @@ def sample_pool():
     ring, a coping."""
     import bpy
 
-    import dapple
     from dapple.operators.bake import bake, request_from_scene
 
     bpy.ops.wm.open_mainfile(filepath=str(ROOT / "sample_blends" / "pool.blend"))
-    dapple.register()
     runs = []
     for _ in range(REPEATS):
         with tempfile.TemporaryDirectory() as folder:

@@ -19,13 +19,11 @@ def _read(name, frame):
     load_dapple()
     import bpy
 
-    import dapple
     from dapple.operators.bake import request_from_scene
     from dapple.operators.extract import read_scene
     from dapple.operators.mesh_arrays import TopologyCache
 
     bpy.ops.wm.open_mainfile(filepath=str(ROOT / "sample_blends" / f"{name}.blend"))
-    dapple.register()
     request = request_from_scene(bpy.context.scene, frames=(frame, frame + 1), out=".")
     bpy.context.scene.frame_set(frame)
     depsgraph = bpy.context.evaluated_depsgraph_get()
