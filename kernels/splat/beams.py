@@ -15,16 +15,13 @@ import numpy as np
 from .border import cut, straddlers
 from .lander import DARK, LOST, OTHER, SPREAD, UNLIT
 from .mesh_nodes import MeshNodes
+from .prediction import bend, cut_off, predict
 
 _CUT = 2.0  # texels on the receiver: parts smaller than this that straddle one border are cut there
 _STRAIGHT = 0.05  # texels: how far the edges of larger parts than a texel may bend for that
 _POINT = 0.25  # texels: parts smaller than this that straddle more land point by point
 _DEPTH = 14  # splits at most
-# texels, and of an image's length: an image that is bent by more than both is no beam's, but torn - by a seam of its
-# chart, or by an edge of the receiver that hides a part of the same chart
-_TORN, _SHARP = 4.0, 0.15
 _JUMP = 16.0  # texels: parts that are cut and land further apart than this are looked at for seams
-_ERROR = 2.0  # of the predicted error: measured on pools of many waves and meshes, 0.3 to 1.5 times that
 _HIDDEN = 0.5  # texels: parts smaller than this that no ray of the lander's light meets have none, though it is near
 _EVEN = np.array([1, 1, 1, 3, 3, 3]) / 12  # shares of the six rays: six triangles have a corner, two a middle
 _PARTS = ([0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5])  # of corners 0, 1, 2 and the middles 3, 4, 5 of their edges
@@ -104,7 +101,7 @@ class _Work:
         """Deposit the triangles six (6,n) that are ready; returns the indices of those to split."""
         chart, x, y = (np.take(v, six) for v in (nodes.chart, nodes.x, nodes.y))
         same = (chart[1:] == chart[0]).all(0)
-        bent = np.where(same, np.maximum(_bend(x), _bend(y)), np.inf)
+        bent = np.where(same, np.maximum(bend(x), bend(y)), np.inf)
         error = self._predict(bent, chart[0], x[:3], y[:3], area, self._light(nodes, six))
         sheet = same & np.isfinite(error)  # else it is torn
         size = self._size(nodes, six, area)
@@ -175,7 +172,7 @@ class _Work:
         Those of the least errors, such that their sum takes no more than half of what is left of the tolerance: the
         other half is for the parts of the others.
         """
-        most = _cut_off(error[np.isfinite(error)], (self.tolerance - self.error) / 2)
+        most = cut_off(error[np.isfinite(error)], (self.tolerance - self.error) / 2)
         seen = (clear & (chart != UNLIT)) | (size < np.where(chart == OTHER, _HIDDEN, self.sight))
         return np.isfinite(error) & (error <= most) & seen
 
@@ -183,27 +180,11 @@ class _Work:
         return np.take(self.lander.image, np.maximum(chart, 0))
 
     def _predict(self, bent, chart, x, y, area, light):
-        """Sum of squared errors (n,) that spreading evenly leaves on the texels, of images x, y (3,n) that are `bent`
-        and `light`, as `_light` says.
-
-        A beam of flux F that is L texels long and w wide puts some F bent / L into the wrong texel on each of L
-        texels, and less by w^-3 where it is wide and what moves stays inside. Where the light ranges over R, linearly,
-        its variance is R^2 / 18.
-        """
-        mean, spans = light
-        (x1, x2), (y1, y2) = x[1:] - x[0], y[1:] - y[0]
-        long = np.maximum(np.maximum(x1 * x1 + y1 * y1, x2 * x2 + y2 * y2), (x2 - x1) ** 2 + (y2 - y1) ** 2)
-        long = np.sqrt(np.maximum(long, 1.0))
-        wide = np.maximum(np.abs(x1 * y2 - x2 * y1) / long, 1.0)
+        """Sum of squared errors (n,) that spreading evenly leaves on the texels, see `prediction.predict`; inf where
+        rays do not agree."""
         flux = area / np.take(self.texel_area, self._image(chart))
-        error = _ERROR * (flux * mean * np.minimum(bent, wide)) ** 2 / (long * wide**3)
-        if self.uneven:
-            error += (flux * spans) ** 2 / (9 * long * wide)
-        side = self.sheet.resolution
-        beside = [(v.max(0) < -bent) | (v.min(0) > side + bent) for v in (x, y)]
-        error[bent > np.maximum(_TORN, _SHARP * long)] = np.inf
-        error[beside[0] | beside[1]] = 0  # what lands beyond the map is wrong on no texel
-        return np.where(chart < 0, np.where(np.isfinite(bent), 0.0, np.inf), np.where(np.isfinite(bent), error, np.inf))
+        error = np.where(chart < 0, 0.0, predict(bent, x, y, flux, light, self.sheet.resolution))
+        return np.where(np.isfinite(bent), error, np.inf)
 
     def _spread(self, corners, area, flux=None):
         """Spread beams of area (n,) over the triangles of Nodes corners (3n,): first, second, third corners; flux (C,n)
@@ -273,18 +254,3 @@ class _Work:
         self._spread(first.join(second).join(third), area[at], flux)
         at = np.flatnonzero(corners[0].chart < 0)
         self._points(inner.take(rows[:, at].ravel()), np.tile(area[at] / 3, 3))
-
-
-def _cut_off(error, most):
-    """The largest of errors (n,) up to which their sum is no more than `most`; -1 where even the least is more."""
-    if error.sum() <= most:
-        return np.inf
-    rising = np.sort(error)
-    count = np.searchsorted(np.cumsum(rising), most, side="right")
-    return rising[count - 1] if count else -1.0
-
-
-def _bend(v):
-    """Largest distance (n,) of the middles v[3:] of edges from the middles of the corners v[:3]."""
-    off = [np.abs(v[3 + k] - (v[k] + v[(k + 1) % 3]) / 2) for k in range(3)]
-    return np.maximum(np.maximum(off[0], off[1]), off[2])
