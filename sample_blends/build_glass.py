@@ -134,21 +134,6 @@ def add_table(material):
     return top
 
 
-def new_linen():
-    """Make a pale, faintly woven cloth."""
-    material, shader = tools.new_material("Linen")
-    tree = material.node_tree
-    place = tools.add_node(tree, "ShaderNodeTexCoord").outputs["Object"]
-    noise = tools.add_node(tree, "ShaderNodeTexNoise", {"Vector": place, "Scale": 90.0, "Detail": 4.0}).outputs[0]
-    ramp = tools.add_node(tree, "ShaderNodeValToRGB", {"Fac": noise})
-    for stop, colour in zip(ramp.color_ramp.elements, ((0.38, 0.35, 0.31), (0.46, 0.43, 0.38)), strict=True):
-        stop.color = (*colour, 1.0)
-    tree.links.new(ramp.outputs["Color"], shader.inputs["Base Color"])
-    shader.inputs["Roughness"].default_value = 0.9
-    shader.inputs["Specular IOR Level"].default_value = 0.0
-    return material
-
-
 def main():
     """Build the scene and save it."""
     scene = tools.new_scene()
@@ -159,7 +144,7 @@ def main():
         add_suzanne(tools.new_glass("Green Glass", 1.5, (0.62, 0.92, 0.74))),
         add_ring(tools.new_metal("Gold", (1.0, 0.72, 0.30))),
     ]
-    table = add_table(new_linen())
+    table = add_table(tools.new_speckled("Linen", 90.0, 4.0, (0.38, 0.35, 0.31), (0.46, 0.43, 0.38)))
     tools.add_sun(SUN, 4.0, 0.53)
     tools.set_sky((0.50, 0.55, 0.62), (0.30, 0.36, 0.46), 0.22)
     volume = tools.add_box("Caustics Volume", (0.0, -0.1, 0.19), (0.6, 0.6, 0.2))

@@ -139,27 +139,13 @@ def add_water():
 
 def add_bed():
     """Make the bed, with a UV map that is its plan."""
-    bed = tools.add_grid("Bed", BED_SIZE, BED_CELLS, bed_height, [new_sand()])
+    sand = tools.new_speckled("Sand", 5.0, 6.0, (0.40, 0.40, 0.30), (0.62, 0.60, 0.46))
+    bed = tools.add_grid("Bed", BED_SIZE, BED_CELLS, bed_height, [sand])
     corners = np.empty(len(bed.data.loops), np.int32)
     bed.data.loops.foreach_get("vertex_index", corners)
     plan = np.array([vertex.co[:2] for vertex in bed.data.vertices])
     tools.add_uvs(bed.data, plan[corners] / BED_SIZE + 0.5)
     return bed
-
-
-def new_sand():
-    """Make pale sand."""
-    material, shader = tools.new_material("Sand")
-    tree = material.node_tree
-    place = tools.add_node(tree, "ShaderNodeTexCoord").outputs["Object"]
-    noise = tools.add_node(tree, "ShaderNodeTexNoise", {"Vector": place, "Scale": 5.0, "Detail": 6.0}).outputs[0]
-    ramp = tools.add_node(tree, "ShaderNodeValToRGB", {"Fac": noise})
-    for stop, colour in zip(ramp.color_ramp.elements, ((0.40, 0.40, 0.30), (0.62, 0.60, 0.46)), strict=True):
-        stop.color = (*colour, 1.0)
-    tree.links.new(ramp.outputs["Color"], shader.inputs["Base Color"])
-    shader.inputs["Roughness"].default_value = 0.9
-    shader.inputs["Specular IOR Level"].default_value = 0.0
-    return material
 
 
 def main():

@@ -215,6 +215,21 @@ def new_water(name="Water", ior=1.333):
     return material
 
 
+def new_speckled(name, scale, detail, dark, light):
+    """Make a rough, matt material whose colour wanders between two, by noise of a scale [1/m] and detail."""
+    material, shader = new_material(name)
+    tree = material.node_tree
+    place = add_node(tree, "ShaderNodeTexCoord").outputs["Object"]
+    noise = add_node(tree, "ShaderNodeTexNoise", {"Vector": place, "Scale": scale, "Detail": detail}).outputs[0]
+    ramp = add_node(tree, "ShaderNodeValToRGB", {"Fac": noise})
+    for stop, colour in zip(ramp.color_ramp.elements, (dark, light), strict=True):
+        stop.color = (*colour, 1.0)
+    tree.links.new(ramp.outputs["Color"], shader.inputs["Base Color"])
+    shader.inputs["Roughness"].default_value = 0.9
+    shader.inputs["Specular IOR Level"].default_value = 0.0
+    return material
+
+
 def new_glass(name, ior, colour=(1.0, 1.0, 1.0)):
     """Make smooth glass that EEVEE refracts by tracing rays; a body of it shows the colour, linear RGB."""
     material = new_water(name, ior)
