@@ -52,17 +52,17 @@ class Sequence:
             yield self._solve(scene, texels, replace(self._settings, tolerance=min(tolerance, 1.0), surface="mesh"))
 
     def _knows(self, scene, texels):
-        return self._before is not None and _unchanged(self._before[:2], (scene, texels))
+        return self._before is not None and unchanged(self._before[:2], (scene, texels))
 
 
-def _unchanged(one, other):
+def unchanged(one, other):
     """Whether two things are equal in every number: dataclasses, tuples, arrays, plain values."""
     if one is other:
         return True
     if type(one) is not type(other):
         return False
     if is_dataclass(one):
-        return all(_unchanged(getattr(one, f.name), getattr(other, f.name)) for f in fields(one))
+        return all(unchanged(getattr(one, f.name), getattr(other, f.name)) for f in fields(one))
     if isinstance(one, tuple):
-        return len(one) == len(other) and all(map(_unchanged, one, other))
+        return len(one) == len(other) and all(map(unchanged, one, other))
     return np.array_equal(one, other)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-
-from ..kernels.sequence import Sequence
+from ..kernels.sequence import Sequence, unchanged
 from .errors import DappleError
 from .mesh_arrays import TopologyCache
 
@@ -32,15 +30,10 @@ class _TexelCache:
         from ..kernels.maps.texels import UVError, rasterise
 
         before, texels = self._known.get(receiver.name, (None, None))
-        if before is None or not _same(before, receiver):
+        if before is None or not unchanged(before, receiver):
             try:
                 texels = rasterise(receiver, self._settings.resolution, self._settings.padding)
             except UVError as error:
                 raise DappleError(f"Receiver '{receiver.name}' cannot take a lightmap: {error}.") from error
             self._known[receiver.name] = (receiver, texels)
         return texels
-
-
-def _same(one, other):
-    """Whether two Receivers are equal in every number."""
-    return all(np.array_equal(getattr(one, key), getattr(other, key)) for key in ("positions", "triangles", "uvs"))

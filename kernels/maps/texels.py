@@ -24,6 +24,15 @@ class UVError(ValueError):
     """The UV layer cannot carry a lightmap; the message says why and what to do."""
 
 
+def gather_all(texels, flux):
+    """What Texels of all images own (C,K) of flux (C, images * resolution^2), and how much (C,) lies off the charts."""
+    parts = [
+        [own.gather(part) for own, part in zip(texels, np.split(channel, len(texels)), strict=True)] for channel in flux
+    ]
+    owned = np.stack([np.concatenate([own for own, _ in channel]) for channel in parts])
+    return owned, np.array([sum(off for _, off in channel) for channel in parts])
+
+
 @dataclass(frozen=True)
 class Texels:
     """The K texels that a receiver owns in an image of resolution^2; a flat index is row * resolution + column.

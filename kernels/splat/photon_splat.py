@@ -21,7 +21,9 @@ from .halves import until_good
 from .surroundings import Surroundings
 from .ways import AGAIN, Lit
 
-_REASONS = {False: "beams find every path, without noise, whatever the receiver", True: "points find every path"}
+_POINTS = "points find every path"
+_BEAMS = "beams find every path, without noise, whatever the receiver"
+_OVER_CASTERS = "; over glass and metal points land what is weak or torn, with some"
 _LEFT_OUT = [
     "what lies between the rays: objects less than a texel wide as the light sees them count in part",
     "penumbrae of objects as wide as they are: they get the width of the water's own",
@@ -38,7 +40,8 @@ def solve(scene, texels, settings):
     asks for points. Raises ValueError where texels and receivers do not match.
     """
     check_texels(scene, texels)
-    work = Diagnostics("photon_splat", _REASONS[settings.points], left_out=list(_LEFT_OUT))
+    reason = _POINTS if settings.points else _BEAMS + (_OVER_CASTERS if scene.casters else "")
+    work = Diagnostics("photon_splat", reason, left_out=list(_LEFT_OUT))
     start = time.perf_counter()
     lights = [*_over_water(scene, texels, settings), *over_casters(scene, texels, settings)]
     if not settings.points and any(lit.water.meets_backs() for lit in lights):

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..disc.disc import Disc, within_disc
 from ..lit_water import may_be_shadowed, part_of
+from ..maps.texels import gather_all
 from ..scene import Spot, Sun
 from .beams import splat
 from .edges import Edges
@@ -126,13 +127,10 @@ class Lit:
             named = {cause: own[cause] for cause in _NAMED if cause in own}
             books["reflected"] = books["reflected"] - (all_of_it - sum(own.values()) + sum(named.values()))
             books |= {cause: books.get(cause, 0.0) + watts for cause, watts in named.items()}
-        owned = []
-        for k, channel in enumerate(flux):
-            parts = [t.gather(part) for t, part in zip(self.texels, np.split(channel, len(self.texels)), strict=True)]
-            books["missed"][k] += sum(off for _, off in parts)
-            owned.append(np.concatenate([own for own, _ in parts]))
+        owned, beside = gather_all(self.texels, flux)
+        books["missed"] = books["missed"] + beside
         coloured = {cause: self._in_colour(watts) for cause, watts in books.items()}
-        return self._in_colour(np.stack(owned)).T, coloured, met[0] * self._power
+        return self._in_colour(owned).T, coloured, met[0] * self._power
 
     def _in_colour(self, flux):
         """Flux [W] (3, ...) in red, green and blue of flux (C, ...) [W for 1 W/m^2] of the channels."""

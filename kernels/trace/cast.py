@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..maps.texels import gather_all
 from ..rays import MISS
 from ..scene import Sun
 from ..splat.beams import splat
@@ -211,13 +212,10 @@ class Cast:
 
     def _own(self, flux, lost, met):
         """What the texels own (K,3) of the images' flux (C, texels), {cause: (3,)} and what came in (3,), in colour."""
-        owned = []
-        for k, channel in enumerate(flux):
-            parts = [t.gather(part) for t, part in zip(self._texels, np.split(channel, len(self._texels)), strict=True)]
-            lost["missed"][k] += sum(off for _, off in parts)
-            owned.append(np.concatenate([own for own, _ in parts]))
+        owned, beside = gather_all(self._texels, flux)
+        lost["missed"] = lost["missed"] + beside
         coloured = {cause: self._in_colour(watts) for cause, watts in lost.items()}
-        return self._in_colour(np.stack(owned)).T, coloured, met * self.water.source.power
+        return self._in_colour(owned).T, coloured, met * self.water.source.power
 
     def _in_colour(self, flux):
         """Flux (3, ...) [W] in red, green and blue of flux (C, ...) of the channels over the power."""
