@@ -12,6 +12,7 @@ from .scene import SURFACES, Point
 from .sound_water import sound_water
 from .splat import photon_splat
 from .surface.reconstruct import Need, Reconstruction
+from .terms import left_in
 from .walk import conic_walk
 
 METHODS = {"photon_splat": photon_splat.solve, "conic_walk": conic_walk.solve}
@@ -22,14 +23,15 @@ _SURFACE = 0.7  # of the tolerance, at most: its parts cost most, and half the e
 def solve(scene, texels, settings, reconstruction=None):
     """The Solution of a Scene on Texels, one per receiver, by the method that `settings` asks for.
 
-    reconstruction: a `Reconstruction`, one for all the frames of a sequence. Raises ValueError for a method or surface
-    that does not exist, for an impossible dispersion and for water with positions that are not finite.
+    reconstruction: a `Reconstruction`, one for all the frames of a sequence. Raises ValueError for a method, surface or
+    term that does not exist, for an impossible dispersion and for water with positions that are not finite.
     """
     method = AUTO if settings.method == "auto" else settings.method
     if method not in METHODS:
         raise ValueError(f"method must be auto or one of {', '.join(METHODS)}, got {settings.method!r}")
     if settings.surface not in SURFACES:
         raise ValueError(f"surface must be one of {', '.join(SURFACES)}, got {settings.surface!r}")
+    scene, settings = left_in(scene, settings)
     water, sentences = sound_water(scene.water)
     scene, texels = _near_origin(replace(scene, water=water), texels)
     start, surface = time.perf_counter(), "the mesh as it is, as was asked for"

@@ -228,7 +228,7 @@ class Settings:
     samples, "mesh" for the mesh as it is; dispersion: the water's Abbe number, 0 for one index for all colours, see
     `dispersion.py`; match_cycles: divide the images by eta^2, as Cycles shows what lies under water; bounces: at how
     many surfaces light is bent or mirrored, at most, on its way over casters; reuse: what share of its light a texel
-    keeps from frame to frame, see `reuse.py`."""
+    keeps from frame to frame, see `reuse.py`; without: names of the physical terms to leave out, see `terms.py`."""
 
     method: str = "auto"
     tolerance: float = 0.01
@@ -242,6 +242,7 @@ class Settings:
     match_cycles: bool = False
     bounces: int = 6
     reuse: float = 0.0
+    without: tuple[str, ...] = ()
 
 
 @dataclass

@@ -7,6 +7,7 @@ world to texel coordinates.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -69,14 +70,16 @@ class Lander:
     not `certain`.
 
     receivers of a Scene and their Texels; tracer: a Tracer over the receivers, in their order, and all that occludes;
-    source: see `sources.py`; eta and sigma_a (3,) of the water; mirrored: reflect, do not refract. Charts are numbered
-    through all receivers; image (charts,) is the receiver that each belongs to. rows: what rays carry; grazing: light
-    is known to fall or rise steeply towards its borders.
+    source: see `sources.py`; eta and sigma_a (3,) of the water; mirrored: reflect, do not refract; fresnel: refract by
+    it. Charts are numbered through all receivers; image (charts,) is the receiver that each belongs to. rows: what rays
+    carry; grazing: light is known to fall or rise steeply towards its borders.
     """
 
     certain, grazing = False, False
 
-    def __init__(self, receivers, texels, tracer, outlines, meetings, source, eta, sigma_a, mirrored=False):
+    def __init__(
+        self, receivers, texels, tracer, outlines, meetings, source, eta, sigma_a, mirrored=False, fresnel=True
+    ):
         maps = [texel_maps(r, t.resolution) for r, t in zip(receivers, texels, strict=True)]
         self._maps = np.ascontiguousarray(np.concatenate([np.zeros((0, 3, 4)), *maps]).reshape(-1, 12).T)
         counts = [t.chart.max(initial=-1) + 1 for t in texels]
@@ -87,7 +90,7 @@ class Lander:
         self._tracer, self._outlines, self._source, self._eta = tracer, outlines, source, eta
         self.rows = Rows(sigma_a, source, again=meetings is not None)
         self._meetings, self._enters, self.again = meetings, not mirrored, 0
-        self._turn, self._keep = (bounce, 1.0) if mirrored else (bend, 1 / eta)
+        self._turn, self._keep = (bounce, 1.0) if mirrored else (partial(bend, fresnel=fresnel), 1 / eta)
         self._side = max((t.resolution for t in texels), default=0)
 
     def clear(self, m, n, triangles, shadowed):

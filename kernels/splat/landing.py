@@ -97,8 +97,8 @@ class Plane:
     """Photons of a Sun land through clear water on the only receiver, of which `plane.one_plane` gives the map: no ray
     is needed."""
 
-    def __init__(self, own, eta, lit, plane):
-        self._resolution, self._eta = own.resolution, eta
+    def __init__(self, own, eta, lit, plane, fresnel=True):
+        self._resolution, self._eta, self._fresnel = own.resolution, eta, fresnel
         self._off = np.flatnonzero(~own.whole)  # the ring past the border takes what rounds; here it is off the plane
         local = plane[:, :3] @ lit.frame.T
         self._offset = plane[:, 3]
@@ -109,7 +109,7 @@ class Plane:
     def add(self, triangles, points, flux):
         """Land one batch of `photons.batches`."""
         (height, x, y, fall, dx, dy, along_sun), squared = self._forms.at(triangles, points)
-        g, passed = bend(along_sun, squared, self._eta)
+        g, passed = bend(along_sun, squared, self._eta, self._fresnel)
         fall *= g
         fall += self._fall[0]
         tau = -(height + self._offset[0]) / fall

@@ -62,8 +62,9 @@ class Forms:
         return values.reshape(count, -1), squared.ravel()
 
 
-def bend(along_sun, squared, eta):
-    """What refraction does at normals N, not normalised: g (n,) with t = d / eta + g N, and the transmittance (n,).
+def bend(along_sun, squared, eta, fresnel=True):
+    """What refraction does at normals N, not normalised: g (n,) with t = d / eta + g N, and the transmittance (n,), 1
+    without `fresnel`.
 
     along_sun (n,) = N.s, squared (n,) = |N|^2. Light that meets the back of a normal passes nothing: T = 0.
     """
@@ -71,7 +72,8 @@ def bend(along_sun, squared, eta):
     cos_i = np.maximum(along_sun * inverse, 0.0)
     cos_t = cosine_refracted(cos_i, eta)
     g = (cos_i / eta - cos_t) * inverse
-    return g, fresnel_transmittance(cos_i, cos_t, eta) * (cos_i > 0)
+    front = cos_i > 0
+    return g, fresnel_transmittance(cos_i, cos_t, eta) * front if fresnel else front.astype(float)
 
 
 def bounce(along_sun, squared, eta):

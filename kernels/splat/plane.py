@@ -34,20 +34,20 @@ class PlaneLander:
     """As `lander.Lander`, without a ray: where refracted light meets the plane, within its map or beyond.
 
     plane (3,4) from `one_plane`; chart (T,) of the receiver's triangles, which count as one here; source: that of a Sun
-    or a Point; eta and sigma_a (3,) of the water.
+    or a Point; eta and sigma_a (3,) of the water; fresnel: refract by it.
     """
 
     certain, grazing, again = True, False, 0
 
-    def __init__(self, plane, chart, source, eta, sigma_a):
+    def __init__(self, plane, chart, source, eta, sigma_a, fresnel=True):
         self.image = np.zeros(chart.max(initial=0) + 1, np.int64)
-        self.plane, self._source, self._eta = plane, source, eta
+        self.plane, self._source, self._eta, self.fresnel = plane, source, eta, fresnel
         self.rows = Rows(sigma_a, source)
 
     def land(self, m, n, _shadowed):
         """Nodes of points m (3,k) with normals n (3,k), in the world."""
         towards, _, met = self._source.incident(m)
-        g, share = bend(dot(towards, n), dot(n, n), self._eta)
+        g, share = bend(dot(towards, n), dot(n, n), self._eta, self.fresnel)
         linear, offset = self.plane[:, :3], self.plane[:, 3:]
         height, x, y = linear @ m + offset
         fall, dx, dy = (linear @ n) * g - linear @ towards / self._eta

@@ -34,18 +34,23 @@ class Lit:
         self.light, self._around, self._tolerance = light, around, around.settings.tolerance
         self.scene, self.texels = scene, texels = around.scene, around.texels
         self.water, self._again = around.lit(light), 0
-        shadowed = may_be_shadowed(self.water, *around.solids)
-        meetings = around.meetings(self.water)
-        mirrors = may_reflect_onto(self.water, scene.receivers, meetings)
-        never = meetings.never(self.water.source)
+        without = around.settings.without
+        fresnel, count = "fresnel" not in without, len(self.water.area)
+        # Light that all passes leaves none to be reflected.
+        reflects, again = fresnel and "reflection" not in without, "second_crossing" not in without
+        shadowed = np.zeros(count, bool) if "occlusion" in without else may_be_shadowed(self.water, *around.solids)
+        meetings = around.meetings(self.water) if reflects or again else None
+        mirrors = may_reflect_onto(self.water, scene.receivers, meetings) if reflects else np.zeros(count, bool)
+        never = not again or meetings.never(self.water.source)
         source, medium = self.water.source, (scene.eta, np.asarray(scene.sigma_a, float))
 
         radius = light.angle / 2 if isinstance(light, Sun) else 0.0
         self.disc = Disc(self.water, scene.receivers, texels, scene.eta, radius, self._tolerance)
 
         def lander(mirrored):
-            again = None if never and not mirrored else meetings
-            return Lander(scene.receivers, texels, around.tracer, around.outlines, again, source, *medium, mirrored)
+            met = None if never and not mirrored else meetings
+            surroundings = around.tracer, around.outlines, met
+            return Lander(scene.receivers, texels, *surroundings, source, *medium, mirrored, fresnel)
 
         through = lander(mirrored=False)
         # The rim of a cone is a border, which needs rays; points know the plane for the sun in clear water only.
@@ -54,7 +59,7 @@ class Lit:
         )
         plane = around.plane if plain else None
         if plane is not None:
-            through = PlaneLander(plane, texels[0].chart, source, *medium)
+            through = PlaneLander(plane, texels[0].chart, source, *medium, fresnel)
         self._rows, self._power = through.rows, source.power
         self._ways = [Way(self.water, lambda: around.edges, shadowed, through)]
         if mirrors.any():
@@ -158,7 +163,7 @@ class Way:
         """What lands points that go this way."""
         if self._points is None:
             if self.lander.certain:
-                self._points = Plane(texels[0], scene.eta, self.water, self.lander.plane)
+                self._points = Plane(texels[0], scene.eta, self.water, self.lander.plane, self.lander.fresnel)
             else:
                 self._points = Rays(self.lander, len(texels), texels[0].resolution, self.water, self.shadowed)
         return self._points

@@ -79,6 +79,6 @@ def _lander(scene, texels, objects, paths, chosen):
     plain = not (paths.in_shadow[chosen].any() or isinstance(paths.light, Spot))  # the rim of a cone needs rays
     plane = one_plane(scene, texels) if plain else None
     if plane is not None:
-        return PlaneLander(plane, texels[0].chart, *medium)
+        return PlaneLander(plane, texels[0].chart, *medium, paths.fresnel)
     outlines = Silhouettes(*soup((*scene.receivers, *scene.occluders, *scene.casters)))
-    return Lander(scene.receivers, texels, objects, outlines, None, *medium)
+    return Lander(scene.receivers, texels, objects, outlines, None, *medium, fresnel=paths.fresnel)

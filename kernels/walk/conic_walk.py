@@ -48,7 +48,7 @@ def solve(scene, texels, settings):
     clock = _Clock(work.seconds)
     solids = soup((*scene.receivers, *scene.occluders, *scene.casters))
     objects = Tracer(*solids)
-    lights = [LightPaths(scene, light, objects, solids) for light in known]
+    lights = [LightPaths(scene, light, objects, solids, settings.without) for light in known]
     work.flux_in = sum((paths.lit.light() * paths.lit.source.power for paths in lights), np.zeros(3))
     clock.lap("prepare")
     if settings.first_root:

@@ -18,13 +18,13 @@ import numpy as np
 from ..optics import cosine_refracted, dot, fresnel_transmittance
 
 
-def path_irradiance(surface, triangle, weights, p, receiver_normal, eta):
+def path_irradiance(surface, triangle, weights, p, receiver_normal, eta, fresnel=True):
     """What arrives of paths through barycentric `weights` (n,3) of triangles (n,) at p (3,n), as two factors of E for
     a light of power 1, see `sources`: the light that is met, times the transmittance (n,), and how densely it falls
     (n,) [m^2 of `LitWater.area` per m^2 of the receiver], negative where the image of the triangle is turned against
     the triangle, infinite on a fold; and the length (n,) [m] of the way through the water.
 
-    receiver_normal (3,n) in the light's frame, either side.
+    receiver_normal (3,n) in the light's frame, either side; without `fresnel` all light passes.
     """
     r = 1 / eta
     corner_m, corner_n = surface.corners(triangle)
@@ -51,7 +51,7 @@ def path_irradiance(surface, triangle, weights, p, receiver_normal, eta):
     (ux, uy, uz), (vx, vy, vz) = spread
     footprint = t[0] * (uy * vz - uz * vy) + t[1] * (uz * vx - ux * vz) + t[2] * (ux * vy - uy * vx)
     facing = np.abs(dot(t, receiver_normal))
-    met = surface.met(m) * fresnel_transmittance(cos_i, cos_t, eta)
+    met = surface.met(m) * (fresnel_transmittance(cos_i, cos_t, eta) if fresnel else np.ones_like(cos_i))
     with np.errstate(divide="ignore"):
         return met, facing * 2 * surface.area[triangle] / footprint, tau
 

@@ -35,15 +35,18 @@ class Paths:
 
 
 class LightPaths:
-    """The paths of one light of a Scene; objects: a Tracer of all that blocks it, `solids` its positions and triangles.
+    """The paths of one light of a Scene; objects: a Tracer of all that blocks it, `solids` its positions and triangles;
+    without: `Settings.without`.
 
     triangles: those that the light meets; whole: of them, those whose normals face it everywhere; in_shadow (T,) bool:
     something may stand between the light and a triangle.
     """
 
-    def __init__(self, scene, light, objects, solids):
+    def __init__(self, scene, light, objects, solids, without=()):
         lit = light_water(scene.water, light)
-        self.light, self.lit, self.in_shadow = light, _upright(lit), may_be_shadowed(lit, *solids)
+        self.light, self.lit, self.fresnel = light, _upright(lit), "fresnel" not in without
+        shade = np.zeros(len(lit.area), bool) if "occlusion" in without else may_be_shadowed(lit, *solids)
+        self.in_shadow = shade
         self.surface = Surface(self.lit, scene.water.twins)
         self.eta, self._sigma_a, self._objects = scene.eta, np.asarray(scene.sigma_a), objects
         self.triangles = np.flatnonzero(self.lit.area)
@@ -78,7 +81,9 @@ class LightPaths:
         for start in range(0, len(triangle), _BLOCK):
             block = slice(start, start + _BLOCK)
             p, normal = frame @ points[block].T, frame @ normals[block].T
-            found[:, block] = path_irradiance(self.surface, triangle[block], weights[block], p, normal, self.eta)
+            found[:, block] = path_irradiance(
+                self.surface, triangle[block], weights[block], p, normal, self.eta, self.fresnel
+            )
         return found
 
     def irradiance(self, passed, density, length):
