@@ -28,6 +28,7 @@ class DAPPLE_PT_bake(_Sidebar, bpy.types.Panel):
         _draw_map(layout, settings, context.object)
         _draw_frames(layout, settings)
         layout.prop(settings, "output")
+        layout.prop(settings, "depth")
         buttons = layout.column(align=True)
         buttons.operator("dapple.bake_frame", icon="RENDER_STILL")
         buttons.operator("dapple.bake_animation", icon="RENDER_ANIMATION")

@@ -35,6 +35,11 @@ SURFACES = (
 )
 
 
+DEPTHS = (
+    ("HALF", "Float (Half)", "16 bits a channel, exact to one part in 2000: right for nearly all uses"),
+    ("FULL", "Float (Full)", "32 bits a channel: several times larger files"),
+)
+
 CULLING = tuple((face, face, f"Light that leaves by side {face} ends there", 1 << k) for k, face in enumerate(FACES))
 
 CAUSTICS = (
@@ -170,6 +175,12 @@ class DappleSettings(bpy.types.PropertyGroup):
     )
     frame_start: IntProperty(name="Start", description="First frame of the bake", default=1, min=0, max=1048574)
     frame_end: IntProperty(name="End", description="Last frame of the bake", default=48, min=0, max=1048574)
+    depth: EnumProperty(
+        name="Color Depth",
+        description="Precision of the OpenEXR files. What half floats cannot hold is kept in full floats all the same",
+        items=DEPTHS,
+        default="HALF",
+    )
     output: StringProperty(
         name="Output",
         description="Folder for the lightmaps: <receiver>/caustics_####.exr, irradiance in W/m². "

@@ -34,7 +34,7 @@ LEAST_RESOLUTION, MOST_RESOLUTION = 16, 16384
 @dataclass(frozen=True)
 class BakeRequest:
     """What to bake, by the names of mesh objects, of water none where something else casts; out: folder of the maps and
-    of bake.json; volume: what bounds the work of the casters, if anything."""
+    of bake.json; volume: what bounds the work of the casters, if anything; full: maps in float32, not half floats."""
 
     water: tuple[str, ...]
     receivers: tuple[str, ...]
@@ -42,6 +42,7 @@ class BakeRequest:
     out: Path
     settings: Settings
     volume: Bounds | None = None
+    full: bool = False
 
 
 @dataclass(frozen=True)
@@ -79,7 +80,8 @@ def request_from_scene(scene, water=None, receivers=None, frames=None, out=None)
     water = water or ((chosen.water.name,) if chosen.water else ())
     receivers = receivers or _receivers(chosen, water)
     out = Path(out or _folder(chosen.output))
-    return BakeRequest(water, receivers, frames or _frames(scene), out, settings, _volume(chosen))
+    frames, full = frames or _frames(scene), chosen.depth == "FULL"
+    return BakeRequest(water, receivers, frames, out, settings, _volume(chosen), full)
 
 
 def bake(context, request: BakeRequest, previews: Path | None = None) -> Iterator[Progress | Preview]:
@@ -128,21 +130,21 @@ def _bake_frame(depsgraph, number, request, shared, previews):
     charts = tuple(shared.texels.of(receiver) for receiver in scene.receivers)
     clock.lap("texels")
     for solution in shared.sequence.rough(scene, charts) if previews else ():
-        _write_maps(previews, number, scene, solution)
+        _write_maps(previews, number, scene, solution, request.full)
         yield Preview(number, previews)
     solution = shared.sequence.solve(number, scene, charts)
     clock.lap("solve")
     warnings = [*warnings, *_dark(solution.diagnostics)]
-    files = _write_maps(request.out, number, scene, solution)
+    files = _write_maps(request.out, number, scene, solution, request.full)
     clock.lap("write")
     yield frame_entry(scene, solution.diagnostics, clock.seconds, files, warnings)
 
 
-def _write_maps(folder, number, scene, solution):
+def _write_maps(folder, number, scene, solution, full):
     """Write the maps of a frame; returns where they lie in the folder, by receiver."""
     paths = {receiver.name: map_path(folder, receiver.name, number) for receiver in scene.receivers}
     for path, image in zip(paths.values(), solution.images, strict=True):
-        write_exr(path, image)
+        write_exr(path, image, full)
     return {receiver: path.relative_to(folder).as_posix() for receiver, path in paths.items()}
 
 

@@ -31,6 +31,7 @@ class Record:
             "water": list(request.water),
             "receivers": list(request.receivers),
             "volume": asdict(request.volume) if request.volume else None,
+            "depth": "full" if request.full else "half",
         }
         return cls(path, head, _earlier_frames(path))
 

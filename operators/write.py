@@ -18,7 +18,7 @@ import bpy
 import numpy as np
 
 from .errors import DappleError
-from .exr_file import is_whole
+from .exr_encode import encode
 
 _FORBIDDEN = frozenset('<>:"/\\|?*')
 _DEVICES = frozenset(["CON", "PRN", "AUX", "NUL"] + [f"{port}{n}" for port in ("COM", "LPT") for n in range(1, 10)])
@@ -40,19 +40,14 @@ def map_path(out, object_name, frame):
     return Path(out) / folder_name(object_name) / f"caustics_{frame:04d}.exr"
 
 
-def write_exr(path, image):
-    """Write image (H,W,3), row 0 at v = 0, as linear RGB in float32, exactly.
+def write_exr(path, image, full=False):
+    """Write image (H,W,3), row 0 at v = 0, as linear RGB: half floats, or float32 if `full`; see `exr_encode.encode`.
 
     Raises DappleError where the disk does not take it, ValueError for another shape and for values that are not finite.
     """
-    if image.ndim != 3 or image.shape[2] != 3:
-        raise ValueError(f"image must have shape (height, width, 3), got {image.shape}")
-    pixels = np.ones((*image.shape[:2], 4), dtype=np.float32)
-    pixels[..., :3] = image
-    if not np.isfinite(pixels).all():
-        raise ValueError(f"image must be finite, {np.count_nonzero(~np.isfinite(pixels))} values of it are not")
+    content = encode(np.asarray(image), full)
     with _put_in_place(Path(path)) as partial:
-        _save_float_image(partial, pixels)
+        partial.write_bytes(content)
 
 
 def write_json(path, record):
@@ -88,35 +83,6 @@ def _put_in_place(path):
     finally:
         with contextlib.suppress(OSError):
             partial.unlink()
-
-
-def _save_float_image(path, pixels):
-    """Save (H,W,4) float32 through Blender, in the one order of calls that keeps the values; OSError if not whole."""
-    height, width = pixels.shape[:2]
-    image = bpy.data.images.new(path.name, width, height, alpha=False, float_buffer=True)
-    try:
-        image.colorspace_settings.name = "Non-Color"
-        image.pixels.foreach_set(pixels.ravel())
-        image.file_format = "OPEN_EXR"
-        image.filepath_raw = str(path)
-        image.save()
-    except RuntimeError as error:
-        _write_plainly(path, pixels.nbytes)
-        raise OSError(errno.EIO, f"Blender said: {str(error).strip()}") from error
-    finally:
-        bpy.data.images.remove(image)
-    # On a disk that fills up Blender may print a line and go on.
-    if not is_whole(path):
-        _write_plainly(path, pixels.nbytes)
-        raise OSError(errno.EIO, "Blender wrote a part of the image only")
-
-
-def _write_plainly(path, size):
-    """Write `size` bytes to learn from the system why Blender could not: raises its OSError."""
-    with path.open("wb") as trial:
-        trial.write(bytes(size))
-        trial.flush()
-        os.fsync(trial.fileno())
 
 
 def _sentence(path, error):

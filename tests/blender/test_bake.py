@@ -281,3 +281,15 @@ def test_a_receiver_above_the_water_takes_what_is_reflected(empty_scene, out):
     expected = 2 * math.sin(0.5) * (1 - transmitted(math.cos(0.5)))
     assert frame["flux_received"]["Floor"][0] == pytest.approx(expected, rel=0.01)
     assert not last.warnings
+
+
+def test_maps_are_half_floats_unless_full_ones_are_asked_for(pool, out):
+    run(pool, frames=(2,))
+    assert read_exr(out / "Floor/caustics_0002.exr").dtype == np.float16
+    assert record(out)["depth"] == "half"
+    pool.dapple.depth = "FULL"
+    run(pool, frames=(2,))
+    image = read_exr(out / "Floor/caustics_0002.exr")
+    assert image.dtype == np.float32
+    np.testing.assert_allclose(image, 1.1, rtol=1e-6)
+    assert record(out)["depth"] == "full"

@@ -24,13 +24,48 @@ def read_exr(path):
     return channels["RGB"].pixels[::-1]
 
 
-def test_values_and_orientation_are_kept(tmp_path):
-    image = np.random.default_rng(7).lognormal(0.0, 3.0, (16, 24, 3)).astype(np.float32)
-    image[0, 0], image[0, 1], image[15, 0] = 0.5, (0.0, 1e-6, 30.0), 7.0
-    write_exr(tmp_path / "new" / "map.exr", image.astype(float))
+@pytest.mark.parametrize("size", [(16, 24), (1, 1), (17, 3), (40, 5)])
+def test_full_floats_and_orientation_are_kept(size, tmp_path):
+    image = np.random.default_rng(7).lognormal(0.0, 3.0, (*size, 3)).astype(np.float32)
+    image[0, 0], image[-1, 0] = (0.0, 1e-6, 30.0), (0.5, 7.0, 1e5)
+    write_exr(tmp_path / "new" / "map.exr", image.astype(float), full=True)
     back = read_exr(tmp_path / "new" / "map.exr")
     assert back.dtype == np.float32
     np.testing.assert_array_equal(back, image)
+
+
+def test_half_floats_keep_eleven_bits_and_the_energy(tmp_path):
+    image = np.random.default_rng(7).lognormal(0.0, 2.0, (64, 48, 3))
+    write_exr(tmp_path / "map.exr", image)
+    back = read_exr(tmp_path / "map.exr")
+    assert back.dtype == np.float16
+    normal = image >= 2.0**-14
+    assert normal.mean() > 0.99
+    assert (np.abs(back.astype(float) - image) / image)[normal].max() <= 2.0**-11
+    assert back.astype(float).sum() == pytest.approx(image.sum(), rel=1e-4)
+
+
+@pytest.mark.parametrize("value", [70000.0, 1e-6])
+def test_light_that_half_floats_cannot_hold_is_kept_in_full(value, tmp_path):
+    image = np.full((20, 20, 3), value, np.float32)
+    write_exr(tmp_path / "map.exr", image)
+    np.testing.assert_array_equal(read_exr(tmp_path / "map.exr"), image)
+
+
+def test_blender_reads_what_openexr_reads(tmp_path):
+    write_exr(tmp_path / "map.exr", np.random.default_rng(7).lognormal(0.0, 2.0, (33, 20, 3)))
+    image = bpy.data.images.load(str(tmp_path / "map.exr"))
+    image.colorspace_settings.name = "Non-Color"
+    pixels = np.empty(33 * 20 * 4, np.float32)
+    image.pixels.foreach_get(pixels)
+    np.testing.assert_array_equal(pixels.reshape(33, 20, 4)[..., :3], read_exr(tmp_path / "map.exr"))
+    bpy.data.images.remove(image)
+
+
+def test_the_same_map_gives_the_same_bytes(tmp_path):
+    for name in ("one", "two"):
+        write_exr(tmp_path / f"{name}.exr", np.ones((40, 40, 3)))
+    assert (tmp_path / "one.exr").read_bytes() == (tmp_path / "two.exr").read_bytes()
 
 
 def test_no_image_stays_in_the_file(tmp_path):
@@ -69,7 +104,7 @@ import bpy
 resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
 images = len(bpy.data.images)
 for write, path, content in (
-    (write_exr, sys.argv[2] + "/map.exr", np.ones((64, 64, 3))),
+    (write_exr, sys.argv[2] + "/map.exr", np.random.default_rng(1).random((64, 64, 3))),
     (write_json, sys.argv[2] + "/bake.json", {"long": list(range(20_000))}),
 ):
     try:
@@ -103,7 +138,7 @@ def test_full_disk_is_called_so(tmp_path, monkeypatch):
 
 
 def test_file_cut_anywhere_is_not_whole(tmp_path):
-    write_exr(tmp_path / "map.exr", np.ones((3, 2, 3)))
+    write_exr(tmp_path / "map.exr", np.ones((20, 9, 3)))
     content = (tmp_path / "map.exr").read_bytes()
     assert is_whole(tmp_path / "map.exr")
     assert not is_whole(tmp_path / "missing.exr")
@@ -113,9 +148,9 @@ def test_file_cut_anywhere_is_not_whole(tmp_path):
 
 
 def test_file_whose_table_was_never_written_is_not_whole(tmp_path):
-    write_exr(tmp_path / "map.exr", np.ones((3, 2, 3)))
+    write_exr(tmp_path / "map.exr", np.ones((40, 2, 3)))
     content = (tmp_path / "map.exr").read_bytes()
-    table = len(content) - 3 * (8 + 2 * 12) - 3 * 8
+    table = content.index(b"screenWindowWidth\0float\0") + 24 + 4 + 4 + 1
     for entry in range(3):
         start = table + 8 * entry
         (tmp_path / "cut.exr").write_bytes(content[:start] + bytes(8) + content[start + 8 :])
