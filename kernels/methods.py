@@ -7,11 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from .anchor import Anchor, Kept
 from .dispersion import etas, solve_channels
 from .scene import SURFACES, Point
 from .sound_water import sound_water
 from .splat import photon_splat
-from .surface.reconstruct import Need, Reconstruction
+from .surface.reconstruct import Need, prepared
 from .terms import left_in
 from .walk import conic_walk
 
@@ -20,11 +21,19 @@ AUTO = "photon_splat"  # the one that finds all the light
 _SURFACE = 0.7  # of the tolerance, at most: its parts cost most, and half the error takes 1.4 times as many
 
 
-def solve(scene, texels, settings, reconstruction=None):
+def prepare(scene, texels, settings):
+    """The Anchor of an animation, found on one of its frames: a Scene and its Texels. Raises ValueError as `solve`."""
+    water, _ = sound_water(scene.water)
+    scene, texels = _near_origin(replace(scene, water=water), texels)
+    return Anchor(prepared(scene.water)) if settings.surface == "auto" else Anchor()
+
+
+def solve(scene, texels, settings, kept=None):
     """The Solution of a Scene on Texels, one per receiver, by the method that `settings` asks for.
 
-    reconstruction: a `Reconstruction`, one for all the frames of a sequence. Raises ValueError for a method, surface or
-    term that does not exist, for an impossible dispersion and for water with positions that are not finite.
+    kept: a `Kept` with the Anchor of the frame's animation; without one the frame stands alone. Raises ValueError for a
+    method, surface or term that does not exist, for an impossible dispersion and for water with positions that are not
+    finite.
     """
     method = AUTO if settings.method == "auto" else settings.method
     if method not in METHODS:
@@ -35,7 +44,7 @@ def solve(scene, texels, settings, reconstruction=None):
     water, sentences = sound_water(scene.water)
     scene, texels = _near_origin(replace(scene, water=water), texels)
     start, surface = time.perf_counter(), "the mesh as it is, as was asked for"
-    reconstruction, smooth = reconstruction or Reconstruction(), settings.surface == "auto"
+    reconstruction, smooth = (kept or Kept()).reconstruction, settings.surface == "auto"
     if not len(scene.water.triangles):
         smooth, surface = False, "there is no water"
     if smooth:

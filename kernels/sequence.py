@@ -7,23 +7,24 @@ from dataclasses import fields, is_dataclass, replace
 
 import numpy as np
 
+from .anchor import Kept
 from .reuse import Reuse
-from .surface.reconstruct import Reconstruction
 
 _AGAIN = "the frame before again, for nothing has changed since; that was: "
 _STEP, _ROUGHEST = 100.0, 1.0  # of the tolerance, from pass to pass; an error as large as the mean
 
 
 class Sequence:
-    """Solves frame after frame; solve: `methods.solve`; settings: the Settings of all frames.
+    """Solves frame after frame; solve: `methods.solve`; settings: the Settings of all frames; anchor: the Anchor of
+    their animation, of `methods.prepare`, without which each frame stands alone.
 
     A frame whose Scene and Texels equal those of the frame before, in every number, is given that one's images. Raises
     ValueError for an impossible Settings.reuse.
     """
 
-    def __init__(self, solve, settings):
+    def __init__(self, solve, settings, anchor=None):
         self._solve, self._settings = solve, settings
-        self._reconstruction, self._reuse = Reconstruction(), Reuse(settings.reuse)
+        self._kept, self._reuse = Kept(anchor), Reuse(settings.reuse)
         self._before, self._number = None, None
 
     def solve(self, number, scene, texels):
@@ -34,7 +35,7 @@ class Sequence:
             work = replace(own, seconds={"unchanged": time.perf_counter() - start}, reason=_AGAIN + own.reason)
             solution = replace(self._before[2], diagnostics=work)
         else:
-            solution = self._solve(scene, texels, self._settings, self._reconstruction)
+            solution = self._solve(scene, texels, self._settings, self._kept)
             self._before = scene, texels, solution
         if self._number != number - 1:
             self._reuse.forget()

@@ -18,7 +18,7 @@ import numpy as np
 
 from .evening import evened
 from .smoothing import Smoothing
-from .splines import Splines
+from .splines import Splines, settled
 from .tessellate import Tessellation
 
 # The relative mean squared error over the squared deviation of the light in texels, the most seen on regular, jittered,
@@ -53,22 +53,32 @@ class Need:
         return cls(reach / np.hypot(1, disc / _HALVED), tolerance)
 
 
+def prepared(water):
+    """The Smoothing that a Water deserves; one still to be chosen, where it is not shaded smooth or has no sheet."""
+    return settled(Smoothing(), water) if is_smooth(water) else Smoothing()
+
+
+def is_smooth(water):
+    """Whether a Water is shaded smooth all over, by normals that are not set by hand."""
+    return len(water.triangles) > 0 and np.array_equal(water.triangles, water.normal_triangles)
+
+
 class Reconstruction:
-    """What the frames of one sequence share: how much the vertices are smoothed, and how triangles are cut while they
-    stay the same.
+    """Reconstructs frame after frame, by the Smoothing of their sequence; keeps how triangles are cut while they stay
+    the same, which saves time and changes nothing.
 
     error: the relative mean squared error that the last Water's own triangles leave, at most; 0 where they are what the
     artist wants.
     """
 
-    def __init__(self):
-        self._known, self._smoothing = None, Smoothing()
+    def __init__(self, smoothing=None):
+        self._known, self._smoothing = None, smoothing or Smoothing()
         self.error = 0.0
 
     def apply(self, water, need):
         """(Water, sentence): the Water reconstructed for a Need, or as it is where that would gain nothing."""
         self.error = 0.0
-        if not len(water.triangles) or not np.array_equal(water.triangles, water.normal_triangles):
+        if not is_smooth(water):
             return water, _AS_IT_IS + "since its normals are flat or set by hand"
         edges = _some_edges(water.triangles)
         own = _rms(*_own_deviation(water, edges)) * need.reach
@@ -87,7 +97,7 @@ class Reconstruction:
         of += f", cubics between their normals for {between}" if between else ""
         return (
             finer,
-            f"B-splines over the plan, lambda = {self._smoothing.value:g}, for {of}, in {parts} x {parts} parts",
+            f"B-splines over the plan, lambda = {splines.smoothing.value:g}, for {of}, in {parts} x {parts} parts",
         )
 
     def _parts(self, deviation, need, triangles):

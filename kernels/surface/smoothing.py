@@ -12,6 +12,8 @@ iso-surfaces, which follows the cells that they were made from: there V creeps d
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from .bspline import Samples
@@ -25,19 +27,21 @@ _WINDOW = 1500  # vertices that are looked at
 _TOLERANCE = 1e-4, 1e-2  # of the fit to the vertices, and to the probe
 
 
+@dataclass(frozen=True)
 class Smoothing:
-    """The lambda of one sequence: chosen on its first frame, and again on one that is rougher by half, since on still
-    water there is nothing to choose it by."""
+    """A lambda, None for one that is still to be chosen, and the roughness of the water that it was chosen on: the
+    standard deviation of its slopes."""
 
-    def __init__(self):
-        self.value, self._roughness = None, 0.0
+    value: float | None = None
+    roughness: float = 0.0
 
-    def settle(self, points, slopes, distance):
-        """The value for a frame with points (n,3) [m], slopes (2,n) there, and typical distance [m] of the points."""
+    def settled(self, points, slopes, distance):
+        """The Smoothing for a frame with points (n,3) [m], slopes (2,n) there, and typical distance [m] of the points:
+        this one, or on water that is rougher by half its own, since still water has nothing to choose it by."""
         window, roughness = _roughest(points[:, :2], slopes)
-        if self.value is None or roughness > _ROUGHER * self._roughness:
-            self.value, self._roughness = choose_smoothing(points[window], distance), roughness
-        return self.value
+        if self.value is None or roughness > _ROUGHER * self.roughness:
+            return Smoothing(choose_smoothing(points[window], distance), roughness)
+        return self
 
 
 def choose_smoothing(points, distance):

@@ -18,15 +18,15 @@ _OUTLIER = 8.0  # deviations: a vertex farther off the spline than both is not o
 class Splines:
     """Height fields fitted to the sheets of a Water with smooth shading, and cubics between vertices that share none.
 
-    smoothing: the Smoothing of the sequence, settled on the sheet whose slopes vary most. sheets: those with vertices
-    left on them; cut (T,): whether a triangle hangs together with a vertex on any. positions, normals (3,V): of the
-    vertices on this surface.
+    smoothing: the Smoothing of the sequence, and afterwards that of this Water. sheets: those with vertices left on
+    them; cut (T,): whether a triangle hangs together with a vertex on any. positions, normals (3,V): of the vertices on
+    this surface.
     """
 
     def __init__(self, water, smoothing):
         self.positions, self.normals = water.positions.T, water.normals.T
         sheets = find_sheets(water.positions, water.triangles)
-        self._smoothing = self._settle(smoothing, sheets, water.triangles)
+        self.smoothing = settled(smoothing, water, sheets)
         fields = [self._fit(sheet, water.triangles) for sheet in sheets]
         known = [(sheet, field) for sheet, field in zip(sheets, fields, strict=True) if sheet.on.any()]
         self.sheets, self._fields = [sheet for sheet, _ in known], [field for _, field in known]
@@ -65,28 +65,15 @@ class Splines:
         """Whether all corners of triangles (n,3) lie on one sheet."""
         return np.any([sheet.on[triangles].all(1) for sheet in self.sheets], axis=0)
 
-    def _settle(self, smoothing, sheets, triangles):
-        """The lambda for these sheets."""
-        slopes = [_slopes(turned(self.normals[:, s.support], s.axis)) for s in sheets]
-        if not sheets:
-            return None
-        k = int(np.argmax([(s.var(1) * s.shape[1]).sum() for s in slopes]))
-        points = turned(self.positions[:, sheets[k].support], sheets[k].axis)
-        return smoothing.settle(points.T, slopes[k], self._spacing(sheets[k], triangles))
-
-    def _spacing(self, sheet, triangles):
-        """How far apart [m] vertices are at the farthest: the longest edges over sqrt 2, in the mean by area."""
-        x, y = turned(self.positions, sheet.axis)[:2, triangles[sheet.faces].T]
-        longest = np.sqrt(np.max([(x[k] - x[k - 1]) ** 2 + (y[k] - y[k - 1]) ** 2 for k in range(3)], axis=0))
-        area = np.abs((x[1] - x[0]) * (y[2] - y[0]) - (y[1] - y[0]) * (x[2] - x[0]))
-        return float((longest * area).sum() / area.sum() / np.sqrt(2))
-
     def _fit(self, sheet, triangles):
         """The HeightField of a sheet; vertices that do not lie on it are taken from sheet.on, with two rings. Vertices
         that are off the water get cells as wide as their spacing: finer ones follow the pattern of an iso-surface."""
         points = turned(self.positions[:, sheet.support], sheet.axis)
-        exact = self._smoothing <= ON_THE_SURFACE
-        field = fit(points.T, sheet.distance if exact else self._spacing(sheet, triangles), self._smoothing)
+        smoothing = self.smoothing.value
+        distance = sheet.distance
+        if smoothing > ON_THE_SURFACE:
+            distance = _spacing(self.positions, sheet, triangles)
+        field = fit(points.T, distance, smoothing)
         off = np.abs(field.at(*points[:2])[0] - points[2])
         off_it = off > max(_CREASE * sheet.distance, _OUTLIER * 1.4826 * np.median(off))
         if off_it.any():
@@ -143,6 +130,26 @@ class Splines:
             found[sheet.axis != 2] += np.count_nonzero(here)
         found[2] = np.count_nonzero(left & self._known[triangles].all(1))
         return found
+
+
+def settled(smoothing, water, sheets=None):
+    """A Smoothing settled on the sheet of a Water whose slopes vary most; as it is, where the Water has no sheet."""
+    sheets = find_sheets(water.positions, water.triangles) if sheets is None else sheets
+    if not sheets:
+        return smoothing
+    positions, normals = water.positions.T, water.normals.T
+    slopes = [_slopes(turned(normals[:, s.support], s.axis)) for s in sheets]
+    k = int(np.argmax([(s.var(1) * s.shape[1]).sum() for s in slopes]))
+    points = turned(positions[:, sheets[k].support], sheets[k].axis)
+    return smoothing.settled(points.T, slopes[k], _spacing(positions, sheets[k], water.triangles))
+
+
+def _spacing(positions, sheet, triangles):
+    """How far apart [m] vertices (3,V) are at the farthest: the longest edges over sqrt 2, in the mean by area."""
+    x, y = turned(positions, sheet.axis)[:2, triangles[sheet.faces].T]
+    longest = np.sqrt(np.max([(x[k] - x[k - 1]) ** 2 + (y[k] - y[k - 1]) ** 2 for k in range(3)], axis=0))
+    area = np.abs((x[1] - x[0]) * (y[2] - y[0]) - (y[1] - y[0]) * (x[2] - x[0]))
+    return float((longest * area).sum() / area.sum() / np.sqrt(2))
 
 
 def _slopes(normals):

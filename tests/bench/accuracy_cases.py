@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
+from dapple.kernels.anchor import Kept
 from dapple.kernels.maps.texels import rasterise
-from dapple.kernels.methods import solve
+from dapple.kernels.methods import prepare, solve
 from dapple.kernels.scene import Settings
-from dapple.kernels.surface.reconstruct import Reconstruction
 
 from . import accuracy_meshes as meshes
 from .accuracy_ponds import SEEDS, drawn, pool
@@ -42,8 +42,8 @@ class Case:
         reference = of_mesh(self.pond, water, RESOLUTION) if self.truth is of_mesh else of_waves(self.pond, RESOLUTION)
         scene = self.pond.scene(water)
         own = [rasterise(scene.receivers[0], RESOLUTION)]
-        sequence = Reconstruction()
-        seconds, solution = timed(lambda: solve(scene, own, self.settings, sequence))
+        kept = Kept(prepare(scene, own, self.settings))
+        seconds, solution = timed(lambda: solve(scene, own, self.settings, kept))
         error, by_mean, energy = reference.judge(solution.images[0][:, :, 0])
         estimate = solution.diagnostics.estimated_error
         return (

@@ -58,7 +58,7 @@ def waters():
     }
 
 
-def solved(water, direction, depth, settings, reconstruction=None):
+def solved(water, direction, depth, settings, kept=None):
     """(image, Diagnostics) of a floor `depth` under LEVEL."""
     from waves import floor, sun
 
@@ -68,7 +68,7 @@ def solved(water, direction, depth, settings, reconstruction=None):
 
     bed = floor(z=LEVEL - depth)
     scene = Scene(water, (bed,), (), (sun(direction),))
-    answer = solve(scene, [rasterise(bed, RESOLUTION)], settings, reconstruction)
+    answer = solve(scene, [rasterise(bed, RESOLUTION)], settings, kept)
     return answer.images[0][..., 0], answer.diagnostics
 
 
@@ -107,8 +107,9 @@ def rows(quads):
     from water_meshes import make
     from waves import water as exact_water
 
+    from dapple.kernels.anchor import Anchor, Kept
     from dapple.kernels.scene import Settings
-    from dapple.kernels.surface.reconstruct import Reconstruction
+    from dapple.kernels.surface.reconstruct import prepared
 
     for name, (shape, direction, depth) in waters().items():
         fine = exact_water(shape, REFERENCE, SIDE, LEVEL)
@@ -118,12 +119,12 @@ def rows(quads):
             what = f"{kind}, {noise * 1e3:g} mm of noise" if noise else kind
             for tolerance in (None, *(TOLERANCES if not noise else TOLERANCES[1:2])):
                 settings = Settings(tolerance=tolerance or 1e-3, surface="auto" if tolerance else "mesh")
-                shared = Reconstruction()
+                shared = Kept(Anchor(prepared(mesh)))
                 seconds, (image, said) = cpu(lambda: solved(mesh, direction, depth, settings, shared))  # noqa: B023
                 text = said.surface.replace("B-splines over the plan, ", "") if tolerance else "as it is"
                 of = f"{len(mesh.triangles) / 1e3:.0f}k"
                 energy = f"{image.mean() / true.mean() - 1:+.1e}"
-                surface = f"{_surface(mesh, depth, settings, shared):.3f}" if tolerance else "0"
+                surface = f"{_surface(mesh, depth, settings, shared.reconstruction):.3f}" if tolerance else "0"
                 yield name, what, of, tolerance or "", text, *errors(image, true), energy, surface, f"{seconds:.2f}"
 
 

@@ -39,7 +39,7 @@ def build_pool(scene, out):
     scene.dapple.resolution, scene.dapple.output = 16, str(out)
 
 
-def solve_by_height(scene, texels, settings, reconstruction=None):
+def solve_by_height(scene, texels, settings, kept=None):
     """A Solution whose irradiance is the mean height of the water."""
     height = scene.water.positions[:, 2].mean()
     images = tuple(one.image(np.full((len(one.texel), 3), height)) for one in texels)

@@ -254,7 +254,7 @@ def test_volume_that_is_none(scene, name):
 def test_settings_reach_the_bake_and_the_record(scene, tmp_path, monkeypatch):
     met = []
 
-    def solve(kernel_scene, texels, settings, reconstruction):
+    def solve(kernel_scene, texels, settings, kept):
         met.append((kernel_scene, settings))
         kernel_scene.water.positions.resize((1, 3))
         return solve_by_height(kernel_scene, texels, settings)

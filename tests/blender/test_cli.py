@@ -88,7 +88,7 @@ def test_scene_that_cannot_be_baked(pool, capsys):
 
 
 def test_map_that_vanished_is_no_success(pool, tmp_path, monkeypatch, capsys):
-    def solve(scene, texels, settings, reconstruction):
+    def solve(scene, texels, settings, kept):
         if pool.frame_current == 3:
             (tmp_path / "out/Floor/caustics_0001.exr").unlink()
         return solve_by_height(scene, texels, settings)
@@ -101,7 +101,7 @@ def test_map_that_vanished_is_no_success(pool, tmp_path, monkeypatch, capsys):
 
 
 def test_interrupt_keeps_frames(pool, tmp_path, monkeypatch, capsys):
-    def solve(scene, texels, settings, reconstruction):
+    def solve(scene, texels, settings, kept):
         if pool.frame_current == 2:
             raise KeyboardInterrupt
         return solve_by_height(scene, texels, settings)

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from waves import AMPLITUDE, HEADING, PHASE, WAVELENGTH, pool, water
 
+from dapple.kernels.anchor import Kept
 from dapple.kernels.maps.texels import rasterise
-from dapple.kernels.methods import solve
+from dapple.kernels.methods import prepare, solve
 from dapple.kernels.scene import Settings
-from dapple.kernels.surface.reconstruct import Reconstruction
 from dapple.tests.stability.judge import METHODS, NOT_MEANS, SAMPLED, Verdict, run
 
 SIDE = 32
@@ -155,11 +155,12 @@ def flicker(frames):
 
 def frames(quads, settings, resolution=128, step=1 / 240):
     """Maps (3,H,W) of the pool's waves `step` s apart, and the estimated error of the last."""
-    maps, reconstruction, texels = [], Reconstruction(), None
+    maps, kept, texels = [], None, None
     for k in range(3):
         scene = replace(pool(quads=2), water=water(waves_at(k * step), quads, 4.8))
         texels = texels or [rasterise(scene.receivers[0], resolution)]
-        answer = solve(scene, texels, settings, reconstruction)
+        kept = kept or Kept(prepare(scene, texels, settings))
+        answer = solve(scene, texels, settings, kept)
         maps.append(answer.images[0][..., 0])
     return np.array(maps), answer.diagnostics.estimated_error
 

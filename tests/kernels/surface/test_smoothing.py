@@ -29,13 +29,13 @@ def slope_error(points, distance, smoothing):
 @pytest.mark.parametrize("seed", [0, 1])
 def test_the_choice_is_near_the_best_on_the_ladder(noise, seed):
     points, slopes, distance = vertices(noise, seed=seed)
-    chosen = Smoothing().settle(points, slopes, distance)
+    chosen = Smoothing().settled(points, slopes, distance).value
     errors = {smoothing: slope_error(points, distance, smoothing) for smoothing in LADDER}
     assert errors[chosen] < 1.5 * min(errors.values())
 
 
 def test_noise_raises_it():
-    chosen = [Smoothing().settle(*vertices(noise)) for noise in (0.0, 5e-5, 2e-4, 1e-3)]
+    chosen = [Smoothing().settled(*vertices(noise)).value for noise in (0.0, 5e-5, 2e-4, 1e-3)]
     assert chosen == sorted(chosen) and chosen[0] <= 6e-3 and chosen[-1] >= 0.06
 
 
@@ -47,7 +47,7 @@ def test_the_window_is_where_the_waves_are():
         return tuple(here * part for part in five_sines(x, y))
 
     points, slopes, distance = vertices(0.0, count=10000, shape=ripple)
-    assert Smoothing().settle(points, slopes, distance) <= 6e-3
+    assert Smoothing().settled(points, slopes, distance).value <= 6e-3
 
 
 def test_a_chequered_error_is_not_taken_for_waves():
@@ -55,22 +55,21 @@ def test_a_chequered_error_is_not_taken_for_waves():
     points, slopes, distance = vertices(0.0)
     low = (np.floor(points[:, 0] / distance) + np.floor(points[:, 1] / distance)) % 2 == 0
     points[low, 2] -= 3e-4
-    chosen = Smoothing().settle(points, slopes, distance)
+    chosen = Smoothing().settled(points, slopes, distance).value
     assert slope_error(points, distance, chosen) < 0.6 * slope_error(points, distance, LADDER[-1])
 
 
 def test_it_stays_over_a_sequence_but_not_from_still_water_on():
     noisy, clean = vertices(2e-4), vertices(0.0)
-    sequence = Smoothing()
-    first = sequence.settle(*noisy)
-    assert first > 6e-3 and sequence.settle(*clean) == first
+    first = Smoothing().settled(*noisy)
+    assert first.value > 6e-3 and first.settled(*clean) is first
 
     def still(x, y):
         return tuple(1e-7 * part for part in five_sines(x, y))
 
-    sequence = Smoothing()
-    sequence.settle(*vertices(1e-7, shape=still))
-    assert sequence.settle(*clean) == Smoothing().settle(*clean) < first
+    calm = Smoothing().settled(*vertices(1e-7, shape=still))
+    own = calm.settled(*clean)
+    assert own == Smoothing().settled(*clean) and own.value < first.value
 
 
 @pytest.mark.parametrize(
