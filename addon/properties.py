@@ -11,6 +11,12 @@ BLEND_RELATIVE = {"PATH_SUPPORTS_BLEND_RELATIVE"} if bpy.app.version >= (4, 5) e
 METHODS = (
     ("auto", "Automatic", "Take the method that is right for most water; bake.json says which and why"),
     (
+        "flat",
+        "Still Water",
+        "The light as if the water lay still, at once: right where waves are so low for the depth that no lines show. "
+        "bake.json says how much light the waves would have moved",
+    ),
+    (
         "photon_splat",
         "Light Sheet",
         "Follow the light from the water down and share every beam among the texels that it covers. "

@@ -9,6 +9,7 @@ import numpy as np
 
 from .anchor import Anchor, Kept
 from .dispersion import etas, solve_channels
+from .flat import flat
 from .scene import SURFACES, Point
 from .sound_water import sound_water
 from .splat import photon_splat
@@ -16,8 +17,10 @@ from .surface.reconstruct import Need, prepared
 from .terms import left_in
 from .walk import conic_walk
 
-METHODS = {"photon_splat": photon_splat.solve, "conic_walk": conic_walk.solve}
+METHODS = {"flat": flat.solve, "photon_splat": photon_splat.solve, "conic_walk": conic_walk.solve}
 AUTO = "photon_splat"  # the one that finds all the light
+_LEVEL = ("flat",)  # methods that the shape of the waves is nothing to
+_OVER_CASTERS = ("photon_splat",)
 _SURFACE = 0.7  # of the tolerance, at most: its parts cost most, and half the error takes 1.4 times as many
 
 
@@ -45,6 +48,8 @@ def solve(scene, texels, settings, kept=None):
     scene, texels = _near_origin(replace(scene, water=water), texels)
     start, surface = time.perf_counter(), "the mesh as it is, as was asked for"
     reconstruction, smooth = (kept or Kept()).reconstruction, settings.surface == "auto"
+    if method in _LEVEL:
+        smooth, surface = False, "the mean plane of the mesh"
     if not len(scene.water.triangles):
         smooth, surface = False, "there is no water"
     if smooth:
@@ -59,7 +64,7 @@ def solve(scene, texels, settings, kept=None):
         answer.diagnostics.estimated_error += reconstruction.error
     answer.diagnostics.seconds = {"surface": seconds, **answer.diagnostics.seconds}
     answer.diagnostics.left_out.extend(sentences)
-    if scene.casters and method == "conic_walk":
+    if scene.casters and method not in _OVER_CASTERS:
         answer.diagnostics.left_out.append("light over glass and mirrors: they block, and cast no caustics")
     return answer
 

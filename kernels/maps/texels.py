@@ -64,6 +64,8 @@ class Texels:
 
     def image(self, values):
         """Values (K, ...) as a padded image (resolution, resolution, ...), zero where no chart is."""
+        if len(self.texel) == self.resolution**2:  # in order, and nothing to pad
+            return values.reshape(self.resolution, self.resolution, *values.shape[1:])
         flat = np.zeros((self.resolution**2, *values.shape[1:]), values.dtype)
         flat[self.texel] = values
         flat[self.pad_texel] = values[self.pad_source]

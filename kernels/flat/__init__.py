@@ -1,0 +1,1 @@
+"""Still water: the closed form, and what waves would add to it."""

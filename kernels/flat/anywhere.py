@@ -1,0 +1,119 @@
+"""Still water over any receivers, with whatever stands in the way: one path to each texel's centre, and its legs."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..optics import dot
+from ..rays import Tracer, soup
+from ..scene import Sun
+from ..solution import book
+from .doubt import doubt, some
+from .paths import paths
+from .still import FINER
+
+_BENDS = 24  # a step of 1 has two second differences of 1, and its texel's centre an error of 1 / 12 in the mean square
+
+
+class Anywhere:
+    """The Texels of a Scene's receivers under and over a Still plane; casters block."""
+
+    def __init__(self, still, scene, texels):
+        self._still, self._scene, self._texels = still, scene, texels
+        solids = soup((*scene.receivers, *scene.occluders, *scene.casters))
+        self._tracer = Tracer(*solids)
+        self._above = bool((still.to_plane(solids[0])[2] > 0).any())
+        self._p = still.to_plane(np.concatenate([t.positions for t in texels]))
+        self._n = still.frame @ np.concatenate([t.normals for t in texels]).T
+        self._area = np.concatenate([t.area for t in texels])
+
+    def under(self, light, work):
+        """As `OneFloor.under`, of any light."""
+        irradiance, errors = np.zeros((len(self._area), 3)), 0.0
+        power = np.asarray(light.irradiance if isinstance(light, Sun) else light.intensity, float)
+        cells, area = self._still.cells()
+        cells = np.concatenate([cells, np.zeros((1, cells.shape[1]))])
+        turned = paths(self._still, light, cells, self._scene.eta, False)
+        if turned is None:
+            return irradiance, errors
+        passed = paths(self._still, light, cells, self._scene.eta, True)
+        going = {True: -(area * passed.strength * passed.arrives[2]).sum() * power}
+        going[False] = (area * turned.strength * turned.arrives[2]).sum() * power
+        lost = {}
+        for through in (True, False):
+            ids = np.flatnonzero(self._p[2] < 0 if through else self._p[2] > 0)
+            e, books, off = self._by(light, ids, through)
+            watts = np.outer(e, power)
+            kept = np.exp(-np.outer(books["length"], self._scene.sigma_a)) if through else np.ones((1, 3))
+            arrived = self._area[ids] @ (watts * kept)
+            irradiance[ids] += watts * kept
+            errors += off * (power * kept).mean() ** 2
+            if through:
+                shaded = books["shaded"] * power
+                absorbed = self._area[ids] @ watts - arrived
+                lost = {"occluded": shaded, "absorbed": absorbed, "missed": going[True] - shaded - absorbed - arrived}
+            else:
+                lost["reflected"] = going[False] - arrived
+        book(work, lost, going[True] + going[False])
+        return irradiance, errors / len(self._area)
+
+    def _by(self, light, ids, through):
+        """Irradiance (n,) at texels ids (n,) per unit of the light's power without absorption; the `length` (n,) of the
+        ways and what is `shaded`; and the doubt, times the number of texels."""
+        if not len(ids):
+            return np.zeros(0), {"length": np.zeros(0), "shaded": 0.0}, 0.0
+        ways = paths(self._still, light, self._p[:, ids], self._scene.eta, through)
+        facing = np.maximum(-dot(ways.arrives, self._n[:, ids]), 0.0)
+        bare = ways.strength * facing
+        e = bare * self._still.covered(*ways.enters)
+        at = np.flatnonzero(e > 0)
+        hidden = at[self._hidden(ways, at)]
+        shaded = float(self._area[ids[hidden]] @ e[hidden])
+        bare[hidden] = e[hidden] = 0
+        books = {"length": ways.length, "shaded": shaded}
+        if not e.any():
+            return e, books, 0.0
+        return e, books, self._doubt(light, ids, ways, e, bare, through)
+
+    def _hidden(self, ways, at):
+        """Whether (n,) something stands in Paths `at` (n,), above the plane or behind it."""
+        enters = np.concatenate([ways.enters[:, at], np.zeros((1, len(at)))])
+        m, along, towards = self._still.to_world(enters), _some(ways.arrives, at), _some(ways.towards, at)
+        frame = self._still.frame
+        hidden = self._tracer.blocked(m, along.T @ frame, ways.length[at])
+        if self._above:
+            rest = np.flatnonzero(~hidden)
+            away = ways.away if np.isscalar(ways.away) else ways.away[at[rest]]
+            hidden[rest] = self._tracer.blocked(m[rest], towards[:, rest].T @ frame, away)
+        return hidden
+
+    def _doubt(self, light, ids, ways, e, bare, through):
+        """The doubt, times the number of texels, of light e (n,), which is `bare` (n,) where water covers all."""
+        lit = np.flatnonzero(e > 0)
+        pick = lit[some(len(lit))]
+        border, bends = self._steps(ids, e)
+        points = (self._steps(ids, bare)[1] + bends / FINER**2) / _BENDS
+        texel = np.sqrt(self._area.mean())
+        off = doubt(self._still, light, ways.take(pick), e[pick], self._scene.eta, through, texel, border / len(lit))
+        return off * len(lit) / len(pick) + points
+
+    def _steps(self, ids, e):
+        """Sums of the squared first and second differences of light e (n,) of texels ids (n,) along both axes of their
+        images: small but where it ends."""
+        light = np.zeros(len(self._area))
+        light[ids] = e
+        sums, start = np.zeros(2), 0
+        for own in self._texels:
+            image = np.full(own.resolution**2, np.nan)
+            image[own.texel] = light[start : start + len(own.texel)]
+            start += len(own.texel)
+            image = image.reshape(own.resolution, own.resolution)
+            for axis in (0, 1):
+                step = np.diff(image, axis=axis)
+                sums += np.nansum(step * step), np.nansum(np.square(np.diff(step, axis=axis)))
+        return sums
+
+
+def _some(vectors, at):
+    """Vectors (3,n) of (3,m) or of one (3,1) for all."""
+    return np.repeat(vectors, len(at), 1) if vectors.shape[1] == 1 else vectors[:, at]

@@ -1,0 +1,49 @@
+"""Still water in closed form: what falls on the receivers if the water were its own mean plane.
+
+One path leads to each point, through the plane and, above it, off it (`paths.py`). What floats or stands in the way
+shades by one ray a texel on each leg. The waves themselves are predicted only, as the error of leaving them out
+(`ripples.py`).
+"""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+
+from ..scene import Diagnostics
+from ..solution import answer, check_texels
+from ..status import Status
+from .anywhere import Anywhere
+from .one_floor import OneFloor
+from .still import Still
+
+_REASON = "the water's mean plane in closed form, one path per texel"
+_LEFT_OUT = [
+    "the waves: the light is that of still water, as high as theirs in the mean",
+    "light that meets the water twice",
+    "penumbrae: shadows are those of the lights' centres, at the centres of texels",
+]
+
+
+def solve(scene, texels, settings):
+    """Irradiance of a Scene on Texels (one per receiver) under still water; see `scene.Solution`.
+
+    Knows no tolerance: its estimated error is what the waves are predicted to add. Raises ValueError where texels and
+    receivers do not match.
+    """
+    check_texels(scene, texels)
+    start = time.perf_counter()
+    work = Diagnostics("flat", _REASON, left_out=list(_LEFT_OUT))
+    count = sum(len(t.texel) for t in texels)
+    parts = []
+    if len(scene.water.triangles) and count:
+        still = Still(scene.water, np.sqrt(min(t.area.mean() for t in texels if len(t.area))))
+        receivers = OneFloor.of(still, scene, texels) or Anywhere(still, scene, texels)
+        parts = [receivers.under(light, work) for light in scene.lights]
+    irradiance = sum((part for part, _ in parts[1:]), parts[0][0]) if parts else np.zeros((count, 3))
+    light = irradiance @ np.full(3, 1 / 3)
+    mean = light.sum() / max(count, 1)
+    work.estimated_error = float(sum(off for _, off in parts) / mean**2) if mean > 0 else 0.0
+    work.seconds["closed form"] = time.perf_counter() - start
+    return answer(scene, texels, irradiance, np.where(light > 0, Status.LIT, Status.DARK), work)
