@@ -1,5 +1,7 @@
 """Casters and rooms in closed form, shared by the tests of light over glass and mirrors."""
 
+from dataclasses import replace
+
 import numpy as np
 from waves import quad
 
@@ -76,6 +78,26 @@ def slab(low, high, material=GLASS, name="Slab"):
     """A block of glass from `low` to `high`."""
     low, high = np.asarray(low, float), np.asarray(high, float)
     return faceted((low + high) / 2 + _CORNERS * (high - low) / 2, _FACES, material, name)
+
+
+def inside_out(mesh):
+    """The same surface with its normals to the other side."""
+    shading = mesh.normal_triangles[:, ::-1]
+    return replace(mesh, normals=-mesh.normals, triangles=mesh.triangles[:, ::-1], normal_triangles=shading)
+
+
+def joined(*casters):
+    """One mesh of several, of the material of the first."""
+    starts = np.cumsum([0, *(len(c.positions) for c in casters)])
+    shading = np.cumsum([0, *(len(c.normals) for c in casters)])
+    return Caster(
+        "Joined",
+        np.concatenate([c.positions for c in casters]),
+        np.concatenate([c.triangles + n for c, n in zip(casters, starts, strict=False)]),
+        np.concatenate([c.normals for c in casters]),
+        np.concatenate([c.normal_triangles + n for c, n in zip(casters, shading, strict=False)]),
+        casters[0].material,
+    )
 
 
 def room(half=1.0):

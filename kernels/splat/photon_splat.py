@@ -43,7 +43,8 @@ def solve(scene, texels, settings):
     reason = _POINTS if settings.points else _BEAMS + (_OVER_CASTERS if scene.casters else "")
     work = Diagnostics("photon_splat", reason, left_out=list(_LEFT_OUT))
     start = time.perf_counter()
-    lights = [*_over_water(scene, texels, settings), *over_casters(scene, texels, settings)]
+    casts = over_casters(scene, texels, settings)
+    lights = [*_over_water(scene, texels, settings), *casts]
     if not settings.points and any(lit.water.meets_backs() for lit in lights):
         work.left_out.append(_BACKS)
     work.seconds["prepare"] = time.perf_counter() - start
@@ -54,7 +55,7 @@ def solve(scene, texels, settings):
         irradiance = _by_beams(lights, texels, settings, work)
     work.seconds["photons"] = time.perf_counter() - start
     _tell_of_second_meetings(lights, settings.tolerance, work)
-    work.left_out += left_out(scene, texels, settings, work)
+    work.left_out += left_out(scene, texels, settings, work, casts)
     return answer(scene, texels, irradiance, np.where(irradiance.any(1), Status.LIT, Status.DARK), work)
 
 

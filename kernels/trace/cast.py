@@ -25,6 +25,7 @@ from .code_lander import CodeLander
 from .entry import Entry, points
 from .follow import BEYOND, BLOCKED, CULLED, FAINT, Follower, Rays
 from .pilot import ALONG, Pilot
+from .strays import Strays, odd
 from .sun_disc import DiscCast, directions
 from .surfaces import Surfaces
 from .volume import Box
@@ -59,8 +60,9 @@ def over_casters(scene, texels, settings):
     return casts
 
 
-def left_out(scene, texels, settings, work):
-    """Sentences (a list of str) on what the light of a Scene over its casters does not contain, by its books."""
+def left_out(scene, texels, settings, work, casts):
+    """Sentences (a list of str) on what the light of a Scene over its casters does not contain, by its books and those
+    of its casts."""
     if not scene.casters:
         return []
     sentences = []
@@ -75,16 +77,17 @@ def left_out(scene, texels, settings, work):
     part = work.flux_lost[LOST[_BEYOND]].sum() / max(work.flux_in.sum(), np.finfo(float).tiny)
     if part > settings.tolerance:
         sentences.append(f"light that meets more than {settings.bounces} surfaces (bounces): {part:.1%} of all")
-    return sentences
+    return sentences + odd(scene, [cast.strays for cast in casts])
 
 
 class Cast:
     """As `splat.ways.Lit`: one light of a Scene over its casters, on Texels; surfaces: of the scene; box: of its
-    volume, or None. arrivals, follower, channels: what its landers use."""
+    volume, or None. arrivals, follower, channels: what its landers use; strays: its Strays."""
 
     def __init__(self, scene, light, texels, surfaces, box, settings):
         self._surfaces, self._texels, self._settings = surfaces, texels, settings
         self._lamp = None if isinstance(light, Sun) else np.asarray(light.position, float)
+        self._mask = 0 if self._lamp is None else surfaces.media.at(self._lamp)
         self.channels, self.arrivals = len(surfaces.sigma_a), Arrivals(scene.receivers, texels, surfaces)
         self.follower = Follower(surfaces, settings.bounces, _FAINT * settings.tolerance, box)
         soups = [c.positions[c.triangles] for c in scene.casters]
@@ -97,6 +100,7 @@ class Cast:
         cells = int(np.clip(wide, *_CELLS)) + 1
         self._entry = Entry(light, soup, np.concatenate([mesh.positions for mesh in meshes]), cells)
         self.water = self._entry.lit
+        self.strays = Strays(scene, surfaces)
         self._bins = Bins(len(texels) * self.arrivals.side**2, _LOST, self.channels)
 
     def again(self):
@@ -110,7 +114,9 @@ class Cast:
         for _, m, area in points(self.water, photons, rng):
             rays, met = self.start(m)
             for ended, end in self.follower.ends(rays):
-                self._land(ended, end, np.take(area * met, ended.photon))
+                flux = np.take(area * met, ended.photon)
+                self.strays.add(ended, end, flux * ended.share)
+                self._land(ended, end, flux)
             used += len(area)
         return *self._own(*self._bins.take()), used
 
@@ -147,7 +153,9 @@ class Cast:
         for cell, m, area in points(self.water, ALONG**2 * len(self.water.area) / 2, rng):
             rays, met = self.start(m)
             for ended, end in self.follower.ends(rays):
-                found.append((ended, end, np.take(area * met, ended.photon) * ended.share, cell[ended.photon]))
+                flux = np.take(area * met, ended.photon) * ended.share
+                self.strays.add(ended, end, flux)
+                found.append((ended, end, flux, cell[ended.photon]))
         return Pilot(found, self._surfaces.receiving, self._entry, self._texel_area.min())
 
     def _throw_rough(self, rough, noise, most):
@@ -183,7 +191,7 @@ class Cast:
         towards, _, met = self.water.source.incident(m)
         direction = -np.broadcast_to(towards, m.shape)
         origin = m if self._lamp is None else np.broadcast_to(self._lamp[:, None], m.shape)
-        return Rays.of(origin, direction, self.channels), np.broadcast_to(met, m.shape[1])
+        return Rays.of(origin, direction, self.channels, self._mask), np.broadcast_to(met, m.shape[1])
 
     def landed(self, rays, end):
         """The `arrivals.Landed` of Rays that end (k,) on receivers."""

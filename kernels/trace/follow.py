@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from .meeting import Meeting
-from .surfaces import active
 
 _STRAIGHT = 8  # surfaces that change nothing, at most, beyond those that count
 BEYOND, FAINT, CULLED, BLOCKED = -2, -3, -4, -5  # in place of a triangle, as MISS
@@ -22,7 +21,8 @@ class Rays:
     """k rays: photon (k,) that each is of; origin, direction (3,k), and where the cast starts, start (3,k); share (k,)
     of the photon by Fresnel alone; colour (C,k) what is left of that in each channel; mask (k,) media that it is in;
     code (k,); path (k,) a number for the smooth patches that it met; met (k,) how many surfaces; cast (k,) bool whether
-    one was a caster; out (k,) bool whether it left the volume; way (k,) [m] gone since the origin it began with."""
+    one was a caster; out (k,) bool whether it left the volume; way (k,) [m] gone since the origin it began with; astray
+    (k,) 1 + the last triangle at which it left a body that it was not in, or came too deep into one, 0 for none."""
 
     photon: np.ndarray
     origin: np.ndarray
@@ -37,23 +37,19 @@ class Rays:
     cast: np.ndarray
     out: np.ndarray
     way: np.ndarray
+    astray: np.ndarray
 
     @classmethod
-    def of(cls, origin, direction, channels):
-        """One ray a photon, in air."""
+    def of(cls, origin, direction, channels, mask=0):
+        """One ray a photon, in the media of a mask, else in air."""
         count = direction.shape[1]
         none, no = np.zeros(count, np.int64), np.zeros(count, bool)
-        whole = np.ones(count), np.ones((channels, count))
-        return cls(
-            np.arange(count), origin, direction, origin, *whole, none, none + 1, none, none, no, no, np.zeros(count)
-        )
+        whole, way = (np.ones(count), np.ones((channels, count))), np.zeros(count)
+        index = np.arange(count)
+        return cls(index, origin, direction, origin, *whole, none + mask, none + 1, none, none, no, no, way, none)
 
     def take(self, index):
         return Rays(*(np.take(a, index, axis=-1) for a in vars(self).values()))
-
-    def medium(self):
-        """The medium (k,) that fills their way."""
-        return active(self.mask)
 
     def join(self, other):
         pairs = zip(vars(self).values(), vars(other).values(), strict=True)

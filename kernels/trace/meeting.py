@@ -8,7 +8,6 @@ import numpy as np
 
 from ..optics import dot
 from .interface import fresnel, reflected, refracted, schlick
-from .surfaces import active
 
 _MIX = 0x1E3779B97F4A7C15  # odd: its products spread over all bits
 _GRAZING = 1e-9  # cosine of incidence, at least
@@ -25,11 +24,10 @@ class Meeting:
         point, distance, facet, fall = surfaces.point(rays, triangle)
         enters = fall < 0
         self._material = np.take(surfaces.material, triangle - surfaces.solid)
-        bit = np.take(surfaces.bit, self._material)
-        within, without = rays.mask | bit, rays.mask & ~bit
-        self._turned_mask, self._passed_mask = np.where(enters, rays.mask, within), np.where(enters, within, without)
-        before, after = active(self._turned_mask), active(self._passed_mask)
-        self._mirror = bit == 0
+        unit, media = np.take(surfaces.unit, self._material), surfaces.media
+        self._turned_mask, self._passed_mask, wrong = media.crossed(rays.mask, unit, enters)
+        before, after = media.filling(self._turned_mask), media.filling(self._passed_mask)
+        self._mirror = unit == 0
         self._straight = (before == after) & ~self._mirror
         self._ratio = np.take(surfaces.eta, before) / np.take(surfaces.eta, after)
         against = np.where(enters, 1.0, -1.0)
@@ -45,6 +43,7 @@ class Meeting:
             cast=rays.cast | (triangle < surfaces.water),
             path=np.where(self._straight, rays.path, path),
             met=rays.met + ~self._straight,
+            astray=np.where(wrong, triangle + 1, rays.astray),
         )
 
     def leave(self, word=None):

@@ -44,7 +44,8 @@ class DiscCast:
 
     def __init__(self, light, count, make, settings):
         self._light, self._count, self._make, self._settings = light, count, make, settings
-        self.water = make(light, settings.tolerance).water
+        whole = make(light, settings.tolerance)
+        self.water, self.strays = whole.water, whole.strays
 
     def again(self):
         return 0
@@ -65,7 +66,9 @@ class DiscCast:
     def _casts(self, count, rng, tolerance):
         """Casts of `count` suns that share the light."""
         for sun in within_disc(self._light, count, rng):
-            yield self._make(replace(sun, irradiance=np.asarray(sun.irradiance) / count), tolerance)
+            cast = self._make(replace(sun, irradiance=np.asarray(sun.irradiance) / count), tolerance)
+            cast.strays = self.strays
+            yield cast
 
 
 def _added(books):

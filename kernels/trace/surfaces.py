@@ -1,11 +1,11 @@
 """All that a ray can meet, as tables per triangle: what ends it, and the smooth surfaces that bend or mirror it.
 
-Triangles are numbered through receivers, occluders, casters and the water, in this order. Media are numbered 0 for air,
-1 for the water, then one for each different Glass; a ray knows those that it is in by a mask of bits, bit k - 1 for
-medium k, and the highest one is what fills its way. So a glass in the water displaces it, and takes no mesh of its own.
+Triangles are numbered through receivers, occluders, casters and the water, in this order.
 """
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,8 +13,8 @@ from ..maps.charts import patches
 from ..optics import dot
 from ..rays import Tracer, soup
 from ..scene import Glass
+from .media import Media, outside
 
-_MEDIA = 52  # at most: masks are exact as float64
 _OFF = 2e-6  # of the extent: how far off a surface rays start, so that float32 does not find what they leave
 _ALIKE = 1 << 18  # to the unit: normals that round to the same are one
 _TINY = np.finfo(float).tiny
@@ -24,10 +24,15 @@ class Surfaces:
     """The Scene as rays meet it; channels (3,): the row of what a ray carries for each of red, green and blue.
 
     receiving, solid: how many triangles belong to receivers, and to all that ends rays; water: from which one on they
-    are water. eta (media,), sigma_a (C,media); reflects, transmits, f0, f90 (C,materials).
+    are water. media: the Media; eta (media,), sigma_a (C,media); material (T,) of bending triangles, and of materials,
+    which differ also by the class of media that they bound: unit, see `media.Media`; reflects, transmits, f0, f90
+    (C,materials).
     """
 
     def __init__(self, scene, power):
+        if len(scene.water.triangles):
+            scene = replace(scene, water=replace(scene.water, normals=outside(scene.water)))
+        self.media = Media(scene)
         meshes = (*scene.casters, scene.water)
         self.receiving = sum(len(r.triangles) for r in scene.receivers)
         self.solid = self.receiving + sum(len(o.triangles) for o in scene.occluders)
@@ -42,23 +47,18 @@ class Surfaces:
         self.patch = _patches(meshes)
 
     def _tabulate_materials(self, scene, power):
-        """Materials: one for each different one of the casters, then the water."""
-        found = list({id(c.material): c.material for c in scene.casters}.values())
-        unique = {_key(material): material for material in found}
+        """Materials: one for each different one of the casters, in each class of media that it bounds, and the
+        water."""
+        sizes = [*(len(c.triangles) for c in scene.casters), len(scene.water.triangles)]
+        found = [*(c.material for c in scene.casters), Glass(scene.eta, scene.sigma_a)]
+        keys = list(zip(map(_key, found), self.media.classes.tolist(), strict=True))
+        unique = dict(zip(keys, found, strict=True))
         numbers = {key: k for k, key in enumerate(unique)}
-        sizes = [len(c.triangles) for c in scene.casters]
-        own = [numbers[_key(c.material)] for c in scene.casters]
-        self.material = np.repeat([*own, len(unique)], [*sizes, len(scene.water.triangles)])
-        materials = [*unique.values(), Glass(scene.eta, scene.sigma_a)]
-        glass = [isinstance(m, Glass) for m in materials]
-        if sum(glass) > _MEDIA:
-            raise ValueError(f"casters must be of at most {_MEDIA} different glasses, got {sum(glass)}")
-        order = [len(unique), *(k for k in range(len(unique)) if glass[k])]
-        self.bit = np.zeros(len(materials), np.int64)  # 0 for mirrors
-        self.bit[order] = 1 << np.arange(len(order))
-        self.eta = np.array([1.0, *(materials[k].eta for k in order)])
+        self.material = np.repeat([numbers[key] for key in keys], sizes)
+        self.unit = self.media.units(np.array([k for _, k in unique]))
+        self.eta, materials = self.media.eta, list(unique.values())
         colours = [
-            np.stack([np.zeros(3), *(materials[k].sigma_a for k in order)]),
+            self.media.sigma_a,
             *(np.stack([_colour(m, name) for m in materials]) for name in ("reflects", "transmits", "f0", "f90")),
         ]
         dark = np.flatnonzero(power <= 0)
@@ -110,11 +110,6 @@ class Surfaces:
 
 
 _ROWS = 0, 4, 8
-
-
-def active(mask):
-    """The medium (k,) that fills the way of rays in media `mask` (k,)."""
-    return np.frexp(mask.astype(float))[1]
 
 
 def _key(material):

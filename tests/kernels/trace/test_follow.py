@@ -2,36 +2,15 @@
 
 import numpy as np
 import pytest
-from casters import SILVER, ball, faceted, no_water, patch, prism, slab
-from waves import flat, floor, water
+from caster_rays import at_height, follow, scene, through_a_ball
+from casters import SILVER, ball, faceted, patch, prism, slab
+from waves import flat, water
 
 from dapple.kernels.rays import MISS
-from dapple.kernels.scene import Glass, Mirror, Scene, Volume
+from dapple.kernels.scene import Glass, Mirror, Volume
 from dapple.kernels.trace.follow import BEYOND, BLOCKED, CULLED, Follower, Rays
 from dapple.kernels.trace.surfaces import Surfaces
 from dapple.kernels.trace.volume import Box
-
-
-def scene(*casters, over=None, receivers=None, occluders=()):
-    receivers = (floor(side=40.0, z=-20.0),) if receivers is None else receivers
-    return Scene(over or no_water(), receivers, occluders, (), casters=casters)
-
-
-def follow(where, origins, directions, word=None, bounces=6, mask=0, box=None, faint=1e-6):
-    """All that ends, as one Rays, and on what."""
-    surfaces = Surfaces(where, np.ones(3))
-    directions = np.array(directions, float).T
-    rays = Rays.of(np.array(origins, float).T, directions / np.linalg.norm(directions, axis=0), len(surfaces.sigma_a))
-    rays.mask = rays.mask + mask
-    found = list(Follower(surfaces, bounces, faint, box).ends(rays, word))
-    ended = found[0][0]
-    for more, _ in found[1:]:
-        ended = ended.join(more)
-    return ended, np.concatenate([end for _, end in found])
-
-
-def at_height(rays, z):
-    return (rays.origin + (z - rays.origin[2]) / rays.direction[2] * rays.direction)[:2]
 
 
 @pytest.mark.parametrize("angle", [10.0, 40.0, 75.0])
@@ -73,13 +52,6 @@ def test_a_right_angle_turns_all_light_back():
 
 def _ray():
     return np.array([[0.3], [0.0], [-1.0]]), np.array([[0.0], [0.0], [1.0]])
-
-
-def through_a_ball(b, eta, plane):
-    """Where light along -z, b from the axis of a unit ball, comes to z = plane: at which distance, signed."""
-    i, t = np.arcsin(b), np.arcsin(b / eta)
-    leaves = (np.pi / 2 - i) - (np.pi - 2 * t)  # from the x axis: the chord spans pi - 2 t
-    return np.cos(leaves) - np.tan(2 * (i - t)) * (np.sin(leaves) - plane)
 
 
 def test_a_ball_focuses_by_the_closed_form():
