@@ -10,32 +10,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from .casters import Caster, Volume
+from .checks import check_index, check_shaded, check_shape
+
 WATER_IOR = 1.333
-
-
-def _check(name, array, *tail):
-    """Raise ValueError unless `array` is (n, *tail)."""
-    if array.ndim != 1 + len(tail) or array.shape[1:] != tail:
-        wanted = ", ".join(["n", *map(str, tail)])
-        raise ValueError(f"{name} must have shape ({wanted}), got {array.shape}")
-
-
-def _check_index(name, index, count):
-    """Raise ValueError unless all of `index` lies in [0, count)."""
-    if len(index) and (index.min() < 0 or index.max() >= count):
-        raise ValueError(f"{name} must lie in [0, {count}), got {index.min()} to {index.max()}")
-
-
-def _check_shaded(mesh):
-    """Raise ValueError unless the arrays of a mesh with normals of its own fit each other."""
-    _check("positions", mesh.positions, 3)
-    _check("triangles", mesh.triangles, 3)
-    _check("normals", mesh.normals, 3)
-    _check("normal_triangles", mesh.normal_triangles, 3)
-    _check_index("triangles", mesh.triangles, len(mesh.positions))
-    _check_index("normal_triangles", mesh.normal_triangles, len(mesh.normals))
-    if len(mesh.normal_triangles) != len(mesh.triangles):
-        raise ValueError(f"normal_triangles must have shape {mesh.triangles.shape}, got {mesh.normal_triangles.shape}")
 
 
 @dataclass(frozen=True)
@@ -55,7 +33,7 @@ class Water:
     twins: np.ndarray
 
     def __post_init__(self):
-        _check_shaded(self)
+        check_shaded(self)
         if self.twins.shape != (3 * len(self.triangles),):
             raise ValueError(f"twins must have shape ({3 * len(self.triangles)},), got {self.twins.shape}")
 
@@ -71,10 +49,10 @@ class Receiver:
     uvs: np.ndarray
 
     def __post_init__(self):
-        _check("positions", self.positions, 3)
-        _check("triangles", self.triangles, 3)
-        _check("uvs", self.uvs, 3, 2)
-        _check_index("triangles", self.triangles, len(self.positions))
+        check_shape("positions", self.positions, 3)
+        check_shape("triangles", self.triangles, 3)
+        check_shape("uvs", self.uvs, 3, 2)
+        check_index("triangles", self.triangles, len(self.positions))
         if len(self.uvs) != len(self.triangles):
             raise ValueError(f"uvs must have shape ({len(self.triangles)}, 3, 2), got {self.uvs.shape}")
 
@@ -88,60 +66,9 @@ class Occluder:
     triangles: np.ndarray
 
     def __post_init__(self):
-        _check("positions", self.positions, 3)
-        _check("triangles", self.triangles, 3)
-        _check_index("triangles", self.triangles, len(self.positions))
-
-
-@dataclass(frozen=True)
-class Glass:
-    """A smooth dielectric that encloses what is behind its normals: eta, its index of refraction over that of air;
-    sigma_a (3,) [1/m] in it; reflects and transmits (3,): colours by which each meeting multiplies Fresnel's shares."""
-
-    eta: float
-    sigma_a: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    reflects: np.ndarray = field(default_factory=lambda: np.ones(3))
-    transmits: np.ndarray = field(default_factory=lambda: np.ones(3))
-
-
-@dataclass(frozen=True)
-class Mirror:
-    """A smooth opaque surface that reflects on both sides: f0 and f90 (3,), its reflectance along the normal and at
-    grazing incidence, with Schlick's curve between them."""
-
-    f0: np.ndarray
-    f90: np.ndarray
-
-
-@dataclass(frozen=True)
-class Caster:
-    """A mesh other than the water that bends light or mirrors it: arrays as those of Water, and its Glass or Mirror.
-
-    Raises ValueError for shapes and indices that do not fit.
-    """
-
-    name: str
-    positions: np.ndarray
-    triangles: np.ndarray
-    normals: np.ndarray
-    normal_triangles: np.ndarray
-    material: Glass | Mirror
-
-    def __post_init__(self):
-        _check_shaded(self)
-
-
-@dataclass(frozen=True)
-class Volume:
-    """A box that bounds the work of the casters: matrix (4,4) takes the cube [-1, 1]^3 to it, in the world; culling
-    (6,) bool, the faces -x, +x, -y, +y, -z, +z of that cube through which light that leaves is dropped."""
-
-    matrix: np.ndarray
-    culling: tuple[bool, ...] = (False,) * 6
-
-    def __post_init__(self):
-        if np.shape(self.matrix) != (4, 4) or len(self.culling) != 6:
-            raise ValueError(f"matrix must have shape (4, 4) and culling (6,), got {np.shape(self.matrix)}")
+        check_shape("positions", self.positions, 3)
+        check_shape("triangles", self.triangles, 3)
+        check_index("triangles", self.triangles, len(self.positions))
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from .scene import Glass, Sun
+from .casters import Glass
+from .scene import Sun
 
 TERMS = {
     "fresnel": "all light passes the water's surface",

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..kernels.scene import Caster, Occluder
+from ..kernels.casters import Caster
+from ..kernels.scene import Occluder
 from .mesh_arrays import MeshArrays, read_geometry, read_material_index, read_normals, turn_normals
 from .speculars import MOST_ROUGHNESS, Glass, read_specular
 

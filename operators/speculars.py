@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..kernels.scene import Glass, Mirror
+from ..kernels.casters import Glass, Mirror
 from .absorption import material_sigma_a
 from .shader_nodes import Sockets, output_socket, shaders
 

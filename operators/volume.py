@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
-from ..kernels.scene import Volume
+from ..kernels.casters import Volume
 from .errors import DappleError
 
 FACES = ("-X", "+X", "-Y", "+Y", "-Z", "+Z")  # in the order of Volume.culling

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 from waves import quad
 
-from dapple.kernels.scene import Caster, Glass, Mirror, Water
+from dapple.kernels.casters import Caster, Glass, Mirror
+from dapple.kernels.scene import Water
 
 GLASS = Glass(1.5)
 SILVER = Mirror(np.ones(3), np.ones(3))

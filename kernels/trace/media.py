@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..scene import Glass
+from ..casters import Glass
 from ..under_water import solid_angle, under_water
 
 _BITS = 52  # of a mask: exact as float64

@@ -9,10 +9,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..casters import Glass
 from ..maps.charts import patches
 from ..optics import dot
 from ..rays import Tracer, soup
-from ..scene import Glass
 from .media import Media, outside
 
 _OFF = 2e-6  # of the extent: how far off a surface rays start, so that float32 does not find what they leave

@@ -6,9 +6,10 @@ import numpy as np
 import waves as tests_waves
 from casters import no_water
 
+from dapple.kernels.casters import Glass, Mirror
 from dapple.kernels.maps.texels import rasterise
 from dapple.kernels.methods import solve
-from dapple.kernels.scene import Glass, Mirror, Occluder, Point, Scene, Settings, Sun
+from dapple.kernels.scene import Occluder, Point, Scene, Settings, Sun
 
 from . import caster_shapes as shapes
 from . import mitsuba_scene

@@ -6,7 +6,8 @@ import numpy as np
 import waves as tests_waves
 from casters import no_water
 
-from dapple.kernels.scene import Glass, Mirror, Scene
+from dapple.kernels.casters import Glass, Mirror
+from dapple.kernels.scene import Scene
 
 from . import caster_shapes as shapes
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from dapple.kernels.scene import Caster
+from dapple.kernels.casters import Caster
 
 
 def caster(name, surface, material, at=(0, 0, 0), flat=False):

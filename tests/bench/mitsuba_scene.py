@@ -13,7 +13,8 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from dapple.kernels.scene import Glass, Point, Spot
+from dapple.kernels.casters import Glass
+from dapple.kernels.scene import Point, Spot
 
 WHITE = 0.005  # albedo of receivers, for what a camera sees of them: so dark that they light nothing else
 

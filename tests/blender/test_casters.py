@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from mathutils import Euler, Matrix, Vector
 
-from dapple.kernels.scene import Glass, Mirror
+from dapple.kernels.casters import Glass, Mirror
 from dapple.operators.bake import bake, request_from_scene
 from dapple.operators.casters import caster_names
 from dapple.operators.errors import DappleError

@@ -6,7 +6,7 @@ import bpy
 import numpy as np
 import pytest
 
-from dapple.kernels.scene import Glass, Mirror
+from dapple.kernels.casters import Glass, Mirror
 from dapple.operators.speculars import read_specular
 
 COLOUR = (0.25, 0.5, 0.81, 1.0)

@@ -7,9 +7,10 @@ import pytest
 from casters import SILVER, ball, no_water, patch, room, slab
 from waves import flat, floor, sun, transmitted, water
 
+from dapple.kernels.casters import Mirror, Volume
 from dapple.kernels.maps.texels import rasterise
 from dapple.kernels.methods import solve
-from dapple.kernels.scene import Mirror, Point, Scene, Settings, Spot, Sun, Volume
+from dapple.kernels.scene import Point, Scene, Settings, Spot, Sun
 from dapple.kernels.trace.cast import over_casters
 
 

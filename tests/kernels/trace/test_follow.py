@@ -6,8 +6,8 @@ from caster_rays import at_height, follow, scene, through_a_ball
 from casters import SILVER, ball, faceted, patch, prism, slab
 from waves import flat, water
 
+from dapple.kernels.casters import Glass, Mirror, Volume
 from dapple.kernels.rays import MISS
-from dapple.kernels.scene import Glass, Mirror, Volume
 from dapple.kernels.trace.follow import BEYOND, BLOCKED, CULLED, Follower, Rays
 from dapple.kernels.trace.surfaces import Surfaces
 from dapple.kernels.trace.volume import Box

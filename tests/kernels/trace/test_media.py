@@ -8,9 +8,10 @@ from caster_rays import at_height, follow, scene, through_a_ball
 from casters import SILVER, ball, inside_out, joined, no_water, prism, room, slab
 from waves import flat, floor, water
 
+from dapple.kernels.casters import Glass
 from dapple.kernels.maps.texels import rasterise
 from dapple.kernels.methods import solve
-from dapple.kernels.scene import Glass, Point, Scene, Settings
+from dapple.kernels.scene import Point, Scene, Settings
 from dapple.kernels.trace.cast import over_casters
 from dapple.kernels.trace.media import Media
 
