@@ -10,6 +10,7 @@ import numpy as np
 from .anchor import Anchor, Kept
 from .dispersion import etas, solve_channels
 from .flat import flat
+from .rays import SLOW
 from .scene import SURFACES, Point
 from .sound_water import sound_water
 from .splat import photon_splat
@@ -59,7 +60,7 @@ def solve(scene, texels, settings, kept=None):
         settings = replace(settings, tolerance=left)
     seconds = time.perf_counter() - start
     answer = _as_cycles(solve_channels(METHODS[method], scene, texels, settings), scene, settings)
-    answer.diagnostics.surface = surface
+    answer.diagnostics.surface, answer.diagnostics.slow_rays = surface, SLOW
     if smooth and answer.diagnostics.estimated_error is not None:
         answer.diagnostics.estimated_error += reconstruction.error
     answer.diagnostics.seconds = {"surface": seconds, **answer.diagnostics.seconds}

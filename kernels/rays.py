@@ -2,15 +2,24 @@
 
 Embree works in float32. Coordinates are moved to the middle of the mesh before they are rounded, and what is wanted
 exactly - the point of the hit - is computed again in float64 by the caller from the triangle that is returned.
+
+Where embreex has no wheel or does not load, `tree_rays.py` serves in its place; SLOW then says why, else it is empty.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from embreex.mesh_construction import TriangleMesh
-from embreex.rtcore_scene import EmbreeScene
 
-MISS = -1
+from .tree_rays import MISS, TreeScene
+
+try:
+    from embreex.mesh_construction import TriangleMesh
+    from embreex.rtcore_scene import EmbreeScene
+except (ImportError, OSError) as error:  # not installed, or a library of it that this system refuses
+    SLOW = f"embreex does not load here ({error})"
+else:
+    SLOW = ""
+
 _FAR = 1e30
 _SHORT_OF_LENGTH, _SHORT_OF_EXTENT = 2e-6, 2e-5  # float32 rounding of a ray's length and of the mesh
 
@@ -25,8 +34,7 @@ class Tracer:
         used = positions[np.unique(triangles)]
         self.centre = (used.min(0) + used.max(0)) / 2
         self.extent = float(np.linalg.norm(used.max(0) - used.min(0)))
-        self._scene = EmbreeScene()
-        TriangleMesh(self._scene, self._rounded(positions), np.ascontiguousarray(triangles, np.int32))
+        self._scene = _scene(self._rounded(positions), np.ascontiguousarray(triangles, np.int32))
 
     def first(self, origins, directions):
         """Index (n,) of the first triangle that rays from origins (n,3) along directions (n,3) meet, MISS for none."""
@@ -48,6 +56,15 @@ class Tracer:
 
     def _rounded(self, points):
         return np.ascontiguousarray(points - self.centre, np.float32)
+
+
+def _scene(positions, triangles):
+    """What answers for rays that meet triangles (T,3) of positions (V,3)."""
+    if SLOW:
+        return TreeScene(positions, triangles)
+    scene = EmbreeScene()
+    TriangleMesh(scene, positions, triangles)
+    return scene
 
 
 def soup(meshes):

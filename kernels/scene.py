@@ -181,6 +181,7 @@ class Diagnostics:
     None where the method has no estimate. left_out: sentences on what the result does not contain. surface: a sentence
     on the surface that the light met, the mesh's or a smoother one. etas (3,): the indices that bent red, green and
     blue; map_scale (3,): what the images are the irradiance times of, all else here is in watts.
+    slow_rays: why rays were traced without embreex, empty where it served.
     """
 
     method: str
@@ -196,6 +197,7 @@ class Diagnostics:
     surface: str = ""
     etas: np.ndarray = field(default_factory=lambda: np.full(3, WATER_IOR))
     map_scale: np.ndarray = field(default_factory=lambda: np.ones(3))
+    slow_rays: str = ""
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,7 @@ def test_a_wheel_for_every_platform_and_python(manifest):
     tags = [wheel.removesuffix(".whl").split("-")[2:] for wheel in manifest["wheels"]]
     for platform, machine in PLATFORMS.items():
         system = {"linux": "manylinux", "windows": "win", "macos": "macosx"}[platform.split("-")[0]]
-        for python in ("cp311", "cp313"):
+        for python in ("cp311", "cp313", "cp314"):
             fits = [tag for tag in tags if tag[0] == python and tag[2].startswith(system) and tag[2].endswith(machine)]
             assert len(fits) == 1, (platform, python)
 
