@@ -1,52 +1,72 @@
-"""The tab "Dapple" in the sidebar of the 3D view."""
+"""The tab "Dapple" in the 3D view's sidebar, laid out as Blender's own Bake panel: button on top, then the rest."""
 
 from __future__ import annotations
 
 import bpy
 
+from ..operators import live
+from ..operators.choose import flagged_receivers
 from ..operators.receivers import can_receive
 
 
-class _Sidebar:
+class Sidebar:
+    """What all panels have in common; those with a parent are its sub-panels."""
+
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"
     bl_category = "Dapple"
 
+    def column(self):
+        """The panel's layout, names on the left and values on the right as in Blender's properties."""
+        self.layout.use_property_split = True
+        self.layout.use_property_decorate = False
+        return self.layout
 
-class DAPPLE_PT_bake(_Sidebar, bpy.types.Panel):
-    """Which water lights what, in which frames, and where the maps go."""
+
+class DAPPLE_PT_bake(Sidebar, bpy.types.Panel):
+    """Bake, and how well."""
 
     bl_label = "Bake"
 
     def draw(self, context):
-        settings = context.scene.dapple
-        layout = self.layout
-        layout.use_property_split = True
-        layout.use_property_decorate = False
-        layout.prop(settings, "water")
-        layout.prop(settings, "receivers")
-        _draw_map(layout, settings, context.object)
-        _draw_frames(layout, settings)
-        layout.prop(settings, "output")
-        layout.prop(settings, "depth")
+        settings, layout = context.scene.dapple, self.layout
         buttons = layout.column(align=True)
         buttons.operator("dapple.bake_frame", icon="RENDER_STILL")
         buttons.operator("dapple.bake_animation", icon="RENDER_ANIMATION")
+        layout.row(align=True).prop(settings, "quality", expand=True)
+        layout.operator("dapple.live_preview", icon="PLAY", depress=live.is_on())
+        wrapped(layout, context, live.trouble(), icon="ERROR")
 
 
-class DAPPLE_PT_casters(_Sidebar, bpy.types.Panel):
+class DAPPLE_PT_scene(Sidebar, bpy.types.Panel):
+    """Which water lights what."""
+
+    bl_label = "Water and Receivers"
+    bl_parent_id = "DAPPLE_PT_bake"
+
+    def draw(self, context):
+        settings, layout = context.scene.dapple, self.column()
+        layout.prop(settings, "water")
+        layout.prop(settings, "receivers")
+        if settings.receivers is None:
+            flagged = flagged_receivers(context.scene)
+            if flagged:
+                wrapped(layout, context, f"Receive Shadow Caustics marks {len(flagged)} receiver(s)", icon="INFO")
+            layout.operator("dapple.choose", icon="RESTRICT_SELECT_OFF")
+        _draw_map(layout, settings, context.object)
+
+
+class DAPPLE_PT_casters(Sidebar, bpy.types.Panel):
     """What else throws caustics: objects of glass and polished metal, found by their materials."""
 
     bl_label = "Glass and Metal"
     bl_parent_id = "DAPPLE_PT_bake"
+    bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context):
-        settings, active = context.scene.dapple, context.object
-        layout = self.layout
-        layout.use_property_split = True
-        layout.use_property_decorate = False
+        settings, active, layout = context.scene.dapple, context.object, self.column()
         if active and active.type == "MESH":
-            layout.prop(active.dapple, "caustics", text=active.name)
+            layout.prop(active.dapple, "caustics", text=active.name, translate=False)
         layout.prop(settings, "bounces")
         layout.prop(settings, "volume")
         sides = layout.row(align=True)
@@ -54,22 +74,62 @@ class DAPPLE_PT_casters(_Sidebar, bpy.types.Panel):
         sides.prop(settings, "culling")
 
 
-class DAPPLE_PT_quality(_Sidebar, bpy.types.Panel):
-    """How the light is found and how finely it is kept."""
+class DAPPLE_PT_influence(Sidebar, bpy.types.Panel):
+    """What of the light is in the maps."""
+
+    bl_label = "Influence"
+    bl_parent_id = "DAPPLE_PT_bake"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        layout = self.column()
+        for name in ("dispersion", "match_cycles", "reuse"):
+            layout.prop(context.scene.dapple, name)
+
+
+class DAPPLE_PT_quality(Sidebar, bpy.types.Panel):
+    """How the light is found."""
 
     bl_label = "Quality"
     bl_parent_id = "DAPPLE_PT_bake"
+    bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context):
-        settings = context.scene.dapple
-        layout = self.layout
-        layout.use_property_split = True
-        layout.use_property_decorate = False
-        for name in ("method", "surface", "tolerance", "resolution", "padding", "dispersion", "match_cycles", "reuse"):
-            layout.prop(settings, name)
+        layout = self.column()
+        for name in ("tolerance", "method", "surface"):
+            layout.prop(context.scene.dapple, name)
 
 
-class DAPPLE_PT_materials(_Sidebar, bpy.types.Panel):
+class DAPPLE_PT_output(Sidebar, bpy.types.Panel):
+    """Which frames, and where and how the maps are kept."""
+
+    bl_label = "Output"
+    bl_parent_id = "DAPPLE_PT_bake"
+
+    def draw(self, context):
+        settings, layout = context.scene.dapple, self.column()
+        layout.prop(settings, "resolution")
+        layout.prop(settings, "use_scene_range")
+        frames = layout.column(align=True)
+        frames.enabled = not settings.use_scene_range
+        frames.prop(settings, "frame_start")
+        frames.prop(settings, "frame_end")
+        layout.prop(settings, "output")
+        layout.prop(settings, "depth")
+
+
+class DAPPLE_PT_margin(Sidebar, bpy.types.Panel):
+    """How far the light is spread past the UV islands."""
+
+    bl_label = "Margin"
+    bl_parent_id = "DAPPLE_PT_bake"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        self.column().prop(context.scene.dapple, "padding")
+
+
+class DAPPLE_PT_materials(Sidebar, bpy.types.Panel):
     """Show the baked maps on the receivers, or stop showing them."""
 
     bl_label = "Materials"
@@ -80,6 +140,16 @@ class DAPPLE_PT_materials(_Sidebar, bpy.types.Panel):
         buttons.operator("dapple.detach", icon="UNLINKED")
 
 
+def wrapped(layout, context, text, icon="NONE"):
+    """Show a text in as many lines as the sidebar's width takes; nothing where there is none."""
+    import textwrap
+
+    width = max(int(context.region.width / (7 * context.preferences.system.ui_scale)), 20) if context.region else 40
+    column = layout.column(align=True)
+    for number, line in enumerate(textwrap.wrap(text, width)):
+        column.label(text=line, icon=icon if number == 0 else "BLANK1" if icon != "NONE" else "NONE", translate=False)
+
+
 def _draw_map(layout, settings, active):
     """Where the light of the active object is kept, if it is a receiver."""
     if active and settings.receivers and active.name in settings.receivers.all_objects and can_receive(active):
@@ -87,11 +157,3 @@ def _draw_map(layout, settings, active):
         column.prop(active.dapple, "shared_map")
         if active.type == "MESH":
             column.prop(active.dapple, "instances_receive")
-
-
-def _draw_frames(layout, settings):
-    layout.prop(settings, "use_scene_range")
-    frames = layout.column(align=True)
-    frames.enabled = not settings.use_scene_range
-    frames.prop(settings, "frame_start")
-    frames.prop(settings, "frame_end")

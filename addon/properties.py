@@ -3,7 +3,7 @@
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
-from ..operators.volume import FACES
+from ..operators.presets import CUSTOM, PRESETS, preset_of
 
 # Blender 4.5 and later want to be told that a path may start with //; earlier ones do not know the word.
 BLEND_RELATIVE = {"PATH_SUPPORTS_BLEND_RELATIVE"} if bpy.app.version >= (4, 5) else set()
@@ -46,7 +46,22 @@ DEPTHS = (
     ("FULL", "Float (Full)", "32 bits a channel: several times larger files"),
 )
 
-CULLING = tuple((face, face, f"Light that leaves by side {face} ends there", 1 << k) for k, face in enumerate(FACES))
+QUALITIES = (
+    ("DRAFT", "Draft", "Tolerance 0.05: for trying things out"),
+    ("PREVIEW", "Preview", "Tolerance 0.01: clean to the eye"),
+    ("FINAL", "Final", "Tolerance 0.001: for close-ups and measurements"),
+    ("CUSTOM", "Custom", "The tolerance is none of the presets"),
+)
+
+# In the order of operators.volume.FACES.
+CULLING = (
+    ("-X", "-X", "Light that leaves by side -X ends there", 1),
+    ("+X", "+X", "Light that leaves by side +X ends there", 2),
+    ("-Y", "-Y", "Light that leaves by side -Y ends there", 4),
+    ("+Y", "+Y", "Light that leaves by side +Y ends there", 8),
+    ("-Z", "-Z", "Light that leaves by side -Z ends there", 16),
+    ("+Z", "+Z", "Light that leaves by side +Z ends there", 32),
+)
 
 CAUSTICS = (
     (
@@ -65,6 +80,17 @@ def _is_mesh(_settings, candidate) -> bool:
 
 def _is_box(_settings, candidate) -> bool:
     return candidate.type == "EMPTY" and candidate.empty_display_type == "CUBE"
+
+
+def _quality(settings) -> int:
+    names = [name for name, _, _ in QUALITIES]
+    return names.index(preset_of(settings.tolerance))
+
+
+def _set_quality(settings, index) -> None:
+    name = QUALITIES[index][0]
+    if name != CUSTOM:
+        settings.tolerance = PRESETS[name]
 
 
 class DappleObject(bpy.types.PropertyGroup):
@@ -93,14 +119,16 @@ class DappleSettings(bpy.types.PropertyGroup):
 
     water: PointerProperty(
         name="Water",
-        description="The animated mesh that bends the light. Its material gives the index of refraction, "
+        description="The animated mesh that bends the light; while neither it nor receivers are set, the first bake "
+        "takes them from the selection. Its material gives the index of refraction, "
         "its volume what is absorbed. Objects of glass and polished metal cast caustics without being chosen",
         type=bpy.types.Object,
         poll=_is_mesh,
     )
     receivers: PointerProperty(
         name="Receivers",
-        description="Collection of the meshes that the light falls on. Each gets a lightmap, laid out by its UV map",
+        description="Collection of the meshes that the light falls on. Each gets a lightmap, laid out by its UV map. "
+        "Empty: the meshes whose Receive Shadow Caustics is on, in their Object tab under Shading",
         type=bpy.types.Collection,
     )
     method: EnumProperty(name="Method", description="How the light is found", items=METHODS, default="auto")
@@ -114,6 +142,13 @@ class DappleSettings(bpy.types.PropertyGroup):
         soft_max=4096,
         subtype="PIXEL",
     )
+    quality: EnumProperty(
+        name="Quality",
+        description="How exact the light is to be: a preset of the tolerance",
+        items=QUALITIES,
+        get=_quality,
+        set=_set_quality,
+    )
     tolerance: FloatProperty(
         name="Tolerance",
         description="Relative mean squared error that is good enough. 0.01 is clean to the eye, 0.1 is a preview",
@@ -124,7 +159,7 @@ class DappleSettings(bpy.types.PropertyGroup):
         step=0.1,
     )
     padding: IntProperty(
-        name="Padding",
+        name="Size",
         description="Texels that each UV island is grown by, so that no dark seam shows along its border",
         default=4,
         min=0,

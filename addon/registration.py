@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import bpy
 
+from ..operators import live
 from ..operators.ops_attach import DAPPLE_OT_attach, DAPPLE_OT_detach
 from ..operators.ops_bake import DAPPLE_OT_bake_animation, DAPPLE_OT_bake_frame
-from .panels import DAPPLE_PT_bake, DAPPLE_PT_casters, DAPPLE_PT_materials, DAPPLE_PT_quality
+from ..operators.ops_choose import DAPPLE_OT_choose
+from ..operators.ops_live import DAPPLE_OT_live_preview
+from ..operators.ops_overlay import DAPPLE_OT_show_status
+from . import panel_status, panels
 from .properties import DappleObject, DappleSettings
 
 # A class that another one names comes before it: settings before the pointers to them, parent panels before children.
@@ -17,10 +21,18 @@ CLASSES = (
     DAPPLE_OT_bake_animation,
     DAPPLE_OT_attach,
     DAPPLE_OT_detach,
-    DAPPLE_PT_bake,
-    DAPPLE_PT_casters,
-    DAPPLE_PT_quality,
-    DAPPLE_PT_materials,
+    DAPPLE_OT_choose,
+    DAPPLE_OT_live_preview,
+    DAPPLE_OT_show_status,
+    panels.DAPPLE_PT_bake,
+    panels.DAPPLE_PT_scene,
+    panels.DAPPLE_PT_casters,
+    panels.DAPPLE_PT_influence,
+    panels.DAPPLE_PT_quality,
+    panels.DAPPLE_PT_output,
+    panels.DAPPLE_PT_margin,
+    panels.DAPPLE_PT_materials,
+    panel_status.DAPPLE_PT_status,
 )
 
 _register_classes, _unregister_classes = bpy.utils.register_classes_factory(CLASSES)
@@ -45,6 +57,7 @@ def register() -> None:
 
 def unregister() -> None:
     """Take away what `register` added, last first."""
+    live.stop(bpy.context)
     while _commands:
         bpy.utils.unregister_cli_command(_commands.pop())
     del bpy.types.Object.dapple, bpy.types.Scene.dapple

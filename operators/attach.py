@@ -53,6 +53,33 @@ def refresh(receiver_names, out_dir) -> None:
     _remove_unused_images()
 
 
+def show_images(context, receiver_names, images, caster_names) -> list[bpy.types.Object]:
+    """Let the receivers show images in memory, {map: image}, in place of their files; returns the objects that showed
+    no map before, which are lit as `attach` lights them."""
+    shown = [_receiver(name) for name in receiver_names if _object(name).type != "EMPTY"]
+    new = [obj for obj in shown if attach_slots.SLOTS not in obj]
+    for obj in shown:
+        sequence = attach_nodes.Sequence(images[map_name(obj)], 1, 1)
+        if obj in new:
+            _light(obj, sequence)
+        for tree in _trees(obj):
+            attach_nodes.update(tree, sequence)
+    for name in caster_names if new else ():
+        attach_shadow.make_opaque(_object(name))
+    return new
+
+
+def show_maps() -> None:
+    """Let every receiver that shows an image in memory show the files again that it showed before."""
+    for obj in [obj for obj in bpy.data.objects if attach_slots.SLOTS in obj]:
+        image = next((image for image in bpy.data.images if image.get(IMAGE) == map_name(obj)), None)
+        if image is not None:
+            files = _maps_in(Path(bpy.path.abspath(image.filepath)).parent)
+            sequence = attach_nodes.Sequence(image, min(files, default=1), max(files, default=1))
+            for tree in _trees(obj):
+                attach_nodes.update(tree, sequence)
+
+
 def detach(context: bpy.types.Context, receiver_names=None) -> list[str]:
     """Take the maps off the receivers, off all objects of the file if None, and leave materials as they were.
 
@@ -70,7 +97,15 @@ def detach(context: bpy.types.Context, receiver_names=None) -> list[str]:
 
 
 def _attach_one(receiver, files):
-    sequence = _load(map_name(receiver), files)
+    notes = _light(receiver, _load(map_name(receiver), files))
+    missing = sorted(set(range(min(files), max(files))) - set(files))
+    if missing:
+        notes.append(f"'{receiver.name}' has no map for {len(missing)} frame(s) from {missing[0]} on: bake these too.")
+    return notes
+
+
+def _light(receiver, sequence):
+    """Add the light of a Sequence to the materials of a receiver; returns sentences on what the user should know."""
     materials, notes = attach_slots.make_own(receiver)
     # Baked by the UV map that renders; one that only modifiers make is no layer of the mesh, and empty means it too.
     uv_map = next((layer.name for layer in receiver.data.uv_layers if layer.active_render), "")
@@ -81,9 +116,6 @@ def _attach_one(receiver, files):
             notes.append(
                 f"No diffuse colour was found in '{material.name}' of '{receiver.name}': it is lit as if white."
             )
-    missing = sorted(set(range(sequence.first, sequence.last)) - set(files))
-    if missing:
-        notes.append(f"'{receiver.name}' has no map for {len(missing)} frame(s) from {missing[0]} on: bake these too.")
     return notes
 
 
@@ -101,13 +133,16 @@ def _out_of_reach(receiver, depsgraph):
 def _find_maps(receiver, out_dir):
     """Return the maps of one receiver: frame -> file. Raises DappleError if there is none."""
     folder = out_dir / folder_name(map_name(receiver))
-    files = {}
-    for path in sorted(folder.glob("caustics_*.exr")):
-        if match := re.fullmatch(r"caustics_(\d+)\.exr", path.name):
-            files[int(match[1])] = path
+    files = _maps_in(folder)
     if not files:
         raise DappleError(f"No lightmaps of '{receiver.name}' in {folder}: bake it first, or set the output folder.")
     return files
+
+
+def _maps_in(folder):
+    """The maps in a folder: frame -> file."""
+    named = ((re.fullmatch(r"caustics_(\d+)\.exr", path.name), path) for path in sorted(folder.glob("caustics_*.exr")))
+    return {int(match[1]): path for match, path in named if match}
 
 
 def _load(name, files):

@@ -11,9 +11,9 @@ import bpy
 import numpy as np
 
 from ..kernels.scene import Settings
+from .choose import receiver_names
 from .errors import DappleError
 from .extract import read_scene
-from .receivers import can_receive
 from .record import Record, frame_entry, summary
 from .shared import Shared
 from .volume import Bounds
@@ -82,8 +82,8 @@ def request_from_scene(scene, water=None, receivers=None, frames=None, out=None)
     settings = replace(settings, dispersion=abbe, match_cycles=chosen.match_cycles, bounces=chosen.bounces)
     settings = replace(settings, reuse=float(f"{chosen.reuse:.6g}"))
     water = water or ((chosen.water.name,) if chosen.water else ())
-    receivers = receivers or _receivers(chosen, water)
-    out = Path(out or _folder(chosen.output))
+    receivers = receivers or receiver_names(scene, water)
+    out = Path(out or output_folder(chosen.output))
     frames, full = frames or _frames(scene), chosen.depth == "FULL"
     return BakeRequest(water, receivers, frames, out, settings, _volume(chosen), full)
 
@@ -215,18 +215,6 @@ def _check_maps(names, resolution):
             raise DappleError(f"Receivers '{other}' and '{name}' would share a folder on some systems; rename one.")
 
 
-def _receivers(chosen, water):
-    """Names of what can receive in the receivers' collection and those inside it, but the water, in order."""
-    if chosen.receivers is None:
-        raise DappleError(
-            "No receivers are chosen; pick the collection of the meshes that the light falls on in the Dapple tab."
-        )
-    names = {o.name for o in chosen.receivers.all_objects if can_receive(o)} - set(water)
-    if not names:
-        raise DappleError(f"Collection '{chosen.receivers.name}' holds no mesh but the water; put the receivers in it.")
-    return tuple(sorted(names))
-
-
 def _volume(chosen):
     """The Bounds that the scene's settings hold, None where there are none."""
     return Bounds(chosen.volume.name, tuple(sorted(chosen.culling))) if chosen.volume else None
@@ -241,7 +229,7 @@ def _frames(scene):
     return tuple(range(first, last + 1))
 
 
-def _folder(output):
+def output_folder(output):
     """The absolute folder of the scene's output setting; // stands for the folder of the .blend file."""
     if output.startswith("//") and not bpy.data.filepath:
         raise DappleError(

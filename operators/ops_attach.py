@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import bpy
 
+from . import live
 from .attach import attach, detach
 from .bake import request_from_scene
 from .casters import caster_names
@@ -28,6 +29,7 @@ Press it again after a new bake or a change of materials"""
 
     def execute(self, context):
         try:
+            live.stop(context)
             # The frames that are on disk are shown, whatever the range says now.
             request = request_from_scene(context.scene, frames=(context.scene.frame_current,))
             casters = caster_names(context.evaluated_depsgraph_get(), {*request.water, *request.receivers})
@@ -50,6 +52,7 @@ class DAPPLE_OT_detach(bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     def execute(self, context):
+        live.stop(context)
         names = detach(context)
         self.report({"INFO"}, f"{len(names)} object(s) show no map any more")
         return {"FINISHED"}

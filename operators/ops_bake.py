@@ -12,9 +12,12 @@ from pathlib import Path
 
 import bpy
 
+from . import live
 from .attach import refresh
 from .bake import Preview, bake, request_from_scene
+from .choose import can_choose, choose, flagged_receivers, wants_choice
 from .errors import DappleError
+from .ops_choose import DAPPLE_OT_choose
 from .receivers import can_receive
 
 # What may reach the viewport while a bake runs. All else is swallowed: an edit or an undo would pull the scene from
@@ -33,10 +36,17 @@ def why_not(scene) -> str:
     """Say what a bake of `scene` still lacks, as a sentence for a tooltip; empty if nothing."""
     settings = scene.dapple
     if settings.receivers is None:
-        return "Pick the collection of receivers first"
+        return "" if flagged_receivers(scene) else "Pick the collection of receivers first"
     if not any(can_receive(o) and o != settings.water for o in settings.receivers.all_objects):
         return "The collection of receivers holds no mesh but the water"
     return ""
+
+
+def _why_not(context):
+    """As `why_not`, for a button that can take water and receivers from the selection."""
+    if not wants_choice(context.scene):
+        return why_not(context.scene)
+    return "" if can_choose(context) else "Select the water and the meshes that its light falls on, or pick them below"
 
 
 def _is_baking(window_manager) -> bool:
@@ -55,7 +65,7 @@ class _Bake:
 
     @classmethod
     def poll(cls, context):
-        reason = why_not(context.scene)
+        reason = _why_not(context)
         if not reason and _is_baking(context.window_manager):
             reason = "A bake is running: press Esc to stop it"
         if reason:
@@ -80,6 +90,12 @@ class _Bake:
 
     def _begin(self, context, folder=None):
         self._last, self._warnings, self._rough = None, {}, False
+        live.stop(context)
+        if wants_choice(context.scene):
+            self.report({"INFO"}, choose(context))
+            # The bake itself changes nothing that could be undone.
+            if bpy.ops.ed.undo_push.poll():
+                bpy.ops.ed.undo_push(message=DAPPLE_OT_choose.bl_label)
         self._request = self.request(context.scene)
         self._steps = bake(context, self._request, folder)
 

@@ -18,11 +18,16 @@ CLASSES = (
     "DappleSettings",
     "DappleObject",
     "DAPPLE_PT_bake",
+    "DAPPLE_PT_scene",
     "DAPPLE_PT_casters",
+    "DAPPLE_PT_influence",
     "DAPPLE_PT_quality",
+    "DAPPLE_PT_output",
+    "DAPPLE_PT_margin",
     "DAPPLE_PT_materials",
+    "DAPPLE_PT_status",
 )
-OPERATORS = ("bake_frame", "bake_animation", "attach", "detach")
+OPERATORS = ("bake_frame", "bake_animation", "attach", "detach", "choose", "live_preview", "show_status")
 
 
 def presence():
@@ -84,18 +89,21 @@ class Layout:
         self.seen = seen
         self.enabled = True
 
-    def prop(self, data, name, text=None):
+    def prop(self, data, name, text=None, expand=False, translate=True):
         assert name in data.bl_rna.properties
         self.seen.append((name, self.enabled))
 
-    def operator(self, idname, icon):
+    def label(self, text, icon="NONE", translate=True):
+        assert icon in bpy.types.UILayout.bl_rna.functions["prop"].parameters["icon"].enum_items
+
+    def operator(self, idname, icon, depress=False):
         assert icon in bpy.types.UILayout.bl_rna.functions["prop"].parameters["icon"].enum_items
         self.seen.append((bpy.ops.dapple.__getattr__(idname.removeprefix("dapple.")).get_rna_type().name, self.enabled))
 
-    def column(self, align=False, heading=""):
+    def column(self, align=False, heading="", factor=0.0):
         return Layout(self.seen)
 
-    row = column
+    row = split = column
 
 
 def drawn():
@@ -103,14 +111,31 @@ def drawn():
     for name in CLASSES[2:]:
         panel = bpy.types.Panel.bl_rna_get_subclass_py(name)
         assert panel.bl_category == "Dapple"
-        panel.draw(SimpleNamespace(layout=Layout(seen)), bpy.context)
+        panel.draw(Drawn(panel, seen), bpy.context)
     return seen
+
+
+class Drawn:
+    """A panel while it is drawn."""
+
+    def __init__(self, panel, seen):
+        self.layout, self.panel = Layout(seen), panel
+
+    def column(self):
+        return self.panel.column(self)
 
 
 def test_panels_show_every_setting_and_button(empty_scene):
     names = {name for name, _ in drawn()}
     settings = {p.identifier for p in empty_scene.dapple.bl_rna.properties} - {"rna_type", "name"}
-    assert names == settings | {"Bake Frame", "Bake Animation", "Attach to Materials", "Detach"}
+    buttons = {"Bake Frame", "Bake Animation", "Live Preview", "Use Selection", "Attach to Materials", "Detach"}
+    assert names == settings | buttons
+    assert "Use Selection" not in dict(drawn_with_receivers(empty_scene))
+
+
+def drawn_with_receivers(scene):
+    pool(scene)
+    return drawn()
 
 
 def test_the_active_mesh_shows_whether_it_casts(empty_scene):
@@ -166,7 +191,8 @@ def test_buttons_say_why_they_are_greyed(name, empty_scene):
     pool(empty_scene)
     assert button.poll()
     settings = empty_scene.dapple
-    for lacking, reason in (("Floor", "no mesh"), ("receivers", "receivers first")):
+    lacks_all = "receivers first" if name == "attach" else "Select the water"
+    for lacking, reason in (("Floor", "no mesh"), ("receivers", "receivers first"), ("water", lacks_all)):
         if lacking == "Floor":
             bpy.data.objects.remove(bpy.data.objects["Floor"])
         else:
@@ -295,7 +321,8 @@ def press(monkeypatch, fails_at=None):
     log, manager = [], Manager()
     monkeypatch.setattr(ops_bake, "bake", fake_bake(log, fails_at))
     monkeypatch.setattr(ops_bake, "refresh", lambda *maps: log.append(maps))
-    context = SimpleNamespace(window="window", window_manager=manager, workspace=manager, scene=None)
+    set_up = SimpleNamespace(dapple=SimpleNamespace(water="Water", receivers="Receivers"))
+    context = SimpleNamespace(window="window", window_manager=manager, workspace=manager, scene=set_up)
     button = Button()
     assert button._start(context) == {"RUNNING_MODAL"}
     assert manager.on == {"timer", "progress", "status"}

@@ -1,0 +1,36 @@
+"""The switch of the live preview."""
+
+from __future__ import annotations
+
+import bpy
+
+from . import live
+from .errors import DappleError
+from .ops_bake import why_not
+
+
+class DAPPLE_OT_live_preview(bpy.types.Operator):
+    """Bake each frame that you come to as a draft of 256 texels and show it on the receivers, in memory only. \
+Switched off, before saving and before rendering, the maps on disk are shown again"""
+
+    bl_idname = "dapple.live_preview"
+    bl_label = "Live Preview"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        reason = "" if live.is_on() else why_not(context.scene)
+        if reason:
+            cls.poll_message_set(reason)
+        return not reason
+
+    def execute(self, context):
+        if live.is_on():
+            live.stop(context)
+            return {"FINISHED"}
+        try:
+            live.start(context)
+        except DappleError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        return {"FINISHED"}
