@@ -3,6 +3,7 @@
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
+from ..operators.find import can_be_water
 from ..operators.presets import CUSTOM, PRESETS, preset_of
 
 # Blender 4.5 and later want to be told that a path may start with //; earlier ones do not know the word.
@@ -71,11 +72,12 @@ CAUSTICS = (
     ),
     ("ALWAYS", "Casts", "Take every material that refracts or mirrors as smooth, however rough it is"),
     ("NEVER", "Blocks", "Cast no caustics, only a shadow"),
+    ("WATER", "Is Water", "Bend light as the water does, together with it: for several waters at once"),
 )
 
 
-def _is_mesh(_settings, candidate) -> bool:
-    return candidate.type == "MESH"
+def _is_water(_settings, candidate) -> bool:
+    return can_be_water(candidate)
 
 
 def _is_box(_settings, candidate) -> bool:
@@ -119,11 +121,11 @@ class DappleSettings(bpy.types.PropertyGroup):
 
     water: PointerProperty(
         name="Water",
-        description="The animated mesh that bends the light; while neither it nor receivers are set, the first bake "
-        "takes them from the selection. Its material gives the index of refraction, "
+        description="What bends the light: an animated mesh, or an Empty that shows one; while neither it nor "
+        "receivers are set, the first bake takes them from the selection. Its material gives the index of refraction, "
         "its volume what is absorbed. Objects of glass and polished metal cast caustics without being chosen",
         type=bpy.types.Object,
-        poll=_is_mesh,
+        poll=_is_water,
     )
     receivers: PointerProperty(
         name="Receivers",

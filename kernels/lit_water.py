@@ -15,7 +15,7 @@ from .sources import Central, Parallel, in_cone
 
 _SHADOW_GRID = 256  # cells along the longer side of the water, at most
 _CLOSE = 1e-3  # of the water's extent: a lamp this near to its plane, or behind it, may cast any shadow
-_EVEN = 1e-9  # of all weight: a closed body of water shows as much of one side as of the other
+_EVEN = 0.1  # of all weight: a closed body shows as much of one side as of the other, but for normals round its edges
 _NEAR = 1e-6  # of the distance to the water: what blocks light nearer to the lamp than that is no object
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .shader_nodes import Sockets, output_socket, shaders
+from .shader_nodes import Sockets, materials_of, output_socket, shaders
 
 _VOLUMES = {"VOLUME_ABSORPTION", "VOLUME_SCATTER", "VOLUME_COEFFICIENTS", "PRINCIPLED_VOLUME"}
 
@@ -20,10 +20,10 @@ def read_sigma_a(water):
     Sockets that nodes compute count with the values set in them, and light that is scattered is taken as it was going,
     with a warning for either.
     """
-    for slot in water.material_slots:
-        found = _volumes(slot.material)
+    for material in materials_of(water):
+        found = _volumes(material)
         if found:
-            return _sum(found, slot.material.name)
+            return _sum(found, material.name)
     return np.zeros(3), []
 
 

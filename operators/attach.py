@@ -13,6 +13,7 @@ import bpy
 
 from . import attach_nodes, attach_shadow, attach_slots
 from .errors import DappleError
+from .find import find_object
 from .receivers import map_name
 from .write import folder_name
 
@@ -30,7 +31,7 @@ def attach(context: bpy.types.Context, receiver_names, out_dir, caster_names=())
     """
     notes = [_UNSEEN.format(name) for name in receiver_names if _object(name).type == "EMPTY"]
     receivers = [_receiver(name) for name in receiver_names if _object(name).type != "EMPTY"]
-    casters = [_object(name) for name in caster_names]
+    casters = [shown for name in caster_names for shown in attach_shadow.shown_by(_named(name))]
     maps = [_find_maps(receiver, Path(out_dir)) for receiver in receivers]
     # What is attached already goes first, so that no copy is made of it.
     for receiver in receivers:
@@ -194,10 +195,15 @@ def _receiver(name):
     return obj
 
 
-def _object(name):
-    obj = bpy.data.objects.get(name)
+def _named(name):
+    obj = find_object(name)
     if obj is None:
         raise DappleError(f"There is no object '{name}': choose it again.")
+    return obj
+
+
+def _object(name):
+    obj = _named(name)
     if obj.library:
         raise DappleError(f"'{name}' is linked from another file: make a library override of it first.")
     return obj

@@ -11,7 +11,8 @@ import bpy
 import numpy as np
 
 from ..kernels.scene import Settings
-from .choose import receiver_names
+from .caches import Player
+from .choose import receiver_names, water_names
 from .errors import DappleError
 from .extract import read_scene
 from .record import Record, frame_entry, summary
@@ -81,7 +82,7 @@ def request_from_scene(scene, water=None, receivers=None, frames=None, out=None)
     abbe = float(f"{chosen.dispersion:.6g}")
     settings = replace(settings, dispersion=abbe, match_cycles=chosen.match_cycles, bounces=chosen.bounces)
     settings = replace(settings, reuse=float(f"{chosen.reuse:.6g}"))
-    water = water or ((chosen.water.name,) if chosen.water else ())
+    water = water or water_names(scene)
     receivers = receivers or receiver_names(scene, water)
     out = Path(out or output_folder(chosen.output))
     frames, full = frames or _frames(scene), chosen.depth == "FULL"
@@ -100,10 +101,10 @@ def bake(context, request: BakeRequest, previews: Path | None = None) -> Iterato
     scene_name, frame, subframe = context.scene.name, context.scene.frame_current, context.scene.frame_subframe
     record = Record.open(request)
     check_folder(request.out)
-    shared = Shared(request.settings)
+    shared, player = Shared(request.settings), Player(scene_name)
     try:
         for done, number in enumerate(request.frames, 1):
-            bpy.data.scenes[scene_name].frame_set(number)
+            player.go(number)
             try:
                 steps = _bake_frame(context.evaluated_depsgraph_get(), number, request, shared, previews)
                 entry = yield from _previews(steps)

@@ -9,6 +9,7 @@ import numpy as np
 from ..kernels.casters import Caster
 from ..kernels.scene import Occluder
 from .mesh_arrays import MeshArrays, read_geometry, read_material_index, read_normals, turn_normals
+from .shader_nodes import materials_of
 from .speculars import MOST_ROUGHNESS, Glass, read_specular
 
 _OPEN = 1e-3  # of a mesh's area: the area of its holes that is more than rounding
@@ -106,16 +107,6 @@ def _named(material, known):
         found = read_specular(material)
         known[material.original] = found and (found, material.original.name)
     return known[material.original]
-
-
-def materials_of(shown):
-    """The materials of an evaluated object, by the index that its faces hold: those of its mesh, as modifiers leave
-    them, but where a slot is the object's own."""
-    slots = shown.material_slots
-    return [
-        slots[i].material if i < len(slots) and slots[i].link == "OBJECT" else material
-        for i, material in enumerate(shown.data.materials)
-    ]
 
 
 def caster_names(depsgraph, others):

@@ -9,9 +9,11 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
-from .casters import casts, materials_of
+from .casters import casts
 from .errors import DappleError
+from .find import name_of
 from .receivers import can_receive
+from .shader_nodes import materials_of
 from .speculars import Glass, read_specular
 
 COLLECTION = "Caustics Receivers"
@@ -113,6 +115,12 @@ def _collection(scene, receivers):
     return made
 
 
+def water_names(scene) -> tuple[str, ...]:
+    """Names of what was picked as water, and of what is water by its own settings."""
+    picked = [scene.dapple.water] if scene.dapple.water else []
+    return tuple(map(name_of, dict.fromkeys(picked + [o for o in scene.objects if o.dapple.caustics == "WATER"])))
+
+
 def receiver_names(scene, water) -> tuple[str, ...]:
     """Names of what can receive: in the collection that is picked and those inside it, else by Cycles' flag; in order,
     but the water. Raises DappleError where there is none."""
@@ -125,7 +133,7 @@ def receiver_names(scene, water) -> tuple[str, ...]:
                 "or turn on Receive Shadow Caustics on them, in the Object tab under Shading."
             )
         return tuple(sorted(names))
-    names = {o.name for o in picked.all_objects if can_receive(o)} - set(water)
+    names = {name_of(o) for o in picked.all_objects if can_receive(o)} - set(water)
     if not names:
         raise DappleError(f"Collection '{picked.name}' holds no mesh but the water; put the receivers in it.")
     return tuple(sorted(names))

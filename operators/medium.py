@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ..kernels.scene import WATER_IOR
 from .errors import DappleError
-from .shader_nodes import output_socket, shaders, value
+from .shader_nodes import materials_of, output_socket, shaders, value
 
 _REFRACTING = {"BSDF_GLASS", "BSDF_REFRACTION", "BSDF_PRINCIPLED"}
 _LEAST, _MOST = 1.0001, 4.0
@@ -18,16 +18,16 @@ def read_eta(water):
     An IOR socket that something else than a Value node feeds counts with the number typed into it, with a warning.
     Raises DappleError for an IOR outside 1.0001..4.
     """
-    for slot in water.material_slots:
-        socket = output_socket(slot.material, "Surface")
+    for material in materials_of(water):
+        socket = output_socket(material, "Surface")
         node, groups, _ = next(shaders(socket, _REFRACTING), (None, (), 0)) if socket else (None, (), 0)
         if node is None:
             continue
         number = value(node.inputs["IOR"], groups)
         eta = float(node.inputs["IOR"].default_value if number is None else number)
         eta = float(f"{eta:.6g}")  # Blender keeps it in float32, where 1.333 is 1.33299994
-        _check(eta, water.name, slot.material.name)
-        return eta, _remarks(eta, number is not None, water.name, slot.material.name)
+        _check(eta, water.name, material.name)
+        return eta, _remarks(eta, number is not None, water.name, material.name)
     return WATER_IOR, []
 
 

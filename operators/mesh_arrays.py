@@ -11,6 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..kernels.halfedges import build_twins
+from .errors import DappleError
+
+_BY_HAND = 0.01  # rad: by how much a normal set by hand differs from smooth shading, at least
 
 
 @dataclass(frozen=True)
@@ -45,32 +48,91 @@ def read_geometry(mesh, matrix):
     corners = _triangle_corners(mesh)
     if np.linalg.det(matrix[:3, :3]) < 0:
         corners = np.ascontiguousarray(corners[:, ::-1])
-    corner_vertex = np.empty(len(mesh.loops), dtype=np.int32)
-    if len(corner_vertex):
-        mesh.attributes[".corner_vert"].data.foreach_get("value", corner_vertex)
-    local = np.empty((len(mesh.vertices), 3), dtype=np.float32)
-    if len(local):
-        mesh.attributes["position"].data.foreach_get("vector", local.ravel())
-    positions = local.astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
-    return MeshArrays(positions, corners, corner_vertex[corners])
+    positions = _positions(mesh).astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
+    return MeshArrays(positions, corners, _corner_vertices(mesh)[corners])
+
+
+def check_mesh(what, arrays):
+    """Raise DappleError for MeshArrays without faces or with vertices that are not numbers."""
+    if not len(arrays.triangles):
+        raise DappleError(f"{what} has no faces after its modifiers; check them, or pick another object.")
+    broken = np.count_nonzero(~np.isfinite(arrays.positions).all(axis=1))
+    if broken:
+        raise DappleError(
+            f"{what} has coordinates that are not numbers at {broken} of its {len(arrays.positions)} vertices; "
+            "check its modifiers, drivers and cache for divisions by zero."
+        )
 
 
 def read_normals(mesh, matrix, arrays):
     """(normals (N,3) float64 unit, normal_triangles (T,3)) as the mesh is shaded: per vertex, face or corner.
 
-    Smooth meshes get `arrays.triangles` itself as their normal_triangles, unless their normals are set by hand.
+    Smooth meshes get `arrays.triangles` itself as their normal_triangles. So do those whose normals are set by hand, as
+    caches set them, but are no other than smooth shading would make them.
     """
-    if mesh.normals_domain == "POINT" and not mesh.has_custom_normals:
+    if mesh.has_custom_normals:
+        local, smooth = _floats(mesh.corner_normals), _smooth_normals(mesh)
+        vertices = _corner_vertices(mesh)
+        if np.abs(local - smooth[vertices]).max(initial=0) > _BY_HAND:
+            return turn_normals(local, matrix), arrays.corners
+        return turn_normals(smooth, matrix), arrays.triangles
+    if mesh.normals_domain == "POINT":
         source, index = mesh.vertex_normals, arrays.triangles
-    elif mesh.normals_domain == "FACE" and not mesh.has_custom_normals:
+    elif mesh.normals_domain == "FACE":
         polygon = np.empty(len(arrays.triangles), dtype=np.int32)
         mesh.loop_triangle_polygons.foreach_get("value", polygon)
         source, index = mesh.polygon_normals, np.repeat(polygon, 3).reshape(-1, 3)
     else:
         source, index = mesh.corner_normals, arrays.corners
-    local = np.empty((len(source), 3), dtype=np.float32)
-    source.foreach_get("vector", local.ravel())
-    return turn_normals(local, matrix), index
+    return turn_normals(_floats(source), matrix), index
+
+
+def _smooth_normals(mesh):
+    """Normals (V,3) of smooth shading, without those set by hand: the faces' means by their corners' angles.
+
+    From the positions alone, for where normals are set by hand Blender's own of faces and vertices follow them.
+    """
+    start, count = np.empty((2, len(mesh.polygons)), dtype=np.int32)
+    mesh.polygons.foreach_get("loop_start", start)
+    mesh.polygons.foreach_get("loop_total", count)
+    before, after = np.arange(len(mesh.loops)) - 1, np.arange(len(mesh.loops)) + 1
+    before[start], after[start + count - 1] = start + count - 1, start
+    vertices = _corner_vertices(mesh)
+    corners = _positions(mesh).astype(np.float64)[vertices]
+    back, forth = corners[before] - corners, corners[after] - corners
+    across = np.cross(forth, back)
+    angle = np.arctan2(np.linalg.norm(across, axis=1), (back * forth).sum(1))
+    normal = _unit(np.add.reduceat(across, start) if len(start) else across)
+    weighted = np.repeat(normal, count, axis=0) * angle[:, None]
+    return _unit(np.stack([np.bincount(vertices, w, len(mesh.vertices)) for w in weighted.T], axis=1))
+
+
+def _unit(vectors):
+    """Vectors (N,3) at length one, zero where they have none."""
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=1), np.finfo(np.float64).tiny)[:, None]
+
+
+def _floats(vectors):
+    """Values (N,3) of a collection of normals."""
+    values = np.empty((len(vectors), 3), dtype=np.float32)
+    vectors.foreach_get("vector", values.ravel())
+    return values
+
+
+def _positions(mesh):
+    """Positions (V,3) float32 of the vertices in the mesh's own space."""
+    local = np.empty((len(mesh.vertices), 3), dtype=np.float32)
+    if len(local):
+        mesh.attributes["position"].data.foreach_get("vector", local.ravel())
+    return local
+
+
+def _corner_vertices(mesh):
+    """Vertex (L,) int32 of each corner."""
+    vertices = np.empty(len(mesh.loops), dtype=np.int32)
+    if len(vertices):
+        mesh.attributes[".corner_vert"].data.foreach_get("value", vertices)
+    return vertices
 
 
 def read_uvs(mesh, arrays):
@@ -116,6 +178,4 @@ def turn_normals(local, matrix):
     cofactors = np.stack([np.cross(y, z), np.cross(z, x), np.cross(x, y)], axis=1)
     if np.linalg.det(matrix[:3, :3]) < 0:
         cofactors = -cofactors
-    normals = local.astype(np.float64) @ cofactors.T
-    length = np.sqrt(np.einsum("ij,ij->i", normals, normals))
-    return normals / np.maximum(length, np.finfo(np.float64).tiny)[:, None]
+    return _unit(local.astype(np.float64) @ cofactors.T)

@@ -6,13 +6,14 @@ import numpy as np
 
 from ..kernels.scene import Receiver
 from .errors import DappleError
+from .find import shows_collection
 
 _FILL = 0x7FFFFFFF  # of the unused numbers of a persistent_id
 
 
 def can_receive(obj) -> bool:
     """Whether an object can be chosen as a receiver: a mesh, or an Empty that shows a collection."""
-    return obj.type == "MESH" or (obj.instance_type == "COLLECTION" and obj.instance_collection is not None)
+    return obj.type == "MESH" or shows_collection(obj)
 
 
 def map_name(obj) -> str:

@@ -8,6 +8,16 @@ import numpy as np
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # how Blender makes a colour that feeds a value one number
 
 
+def materials_of(shown):
+    """The materials of an evaluated object, by the index that its faces hold: those of its mesh, as modifiers leave
+    them, but where a slot is the object's own."""
+    slots = shown.material_slots
+    return [
+        slots[i].material if i < len(slots) and slots[i].link == "OBJECT" else material
+        for i, material in enumerate(shown.data.materials)
+    ]
+
+
 def output_socket(material, name):
     """The socket `name` of a material's active output, None where it has no nodes or no output."""
     if material is None or not _has_nodes(material):

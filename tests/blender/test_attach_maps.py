@@ -10,6 +10,7 @@ bpy = pytest.importorskip("bpy")
 from dapple.operators.attach import attach, detach, refresh  # noqa: E402
 from dapple.operators.errors import DappleError  # noqa: E402
 from dapple.operators.write import map_path, write_exr  # noqa: E402
+from dapple.tests.blender import waters  # noqa: E402
 from dapple.tests.blender.attach_scene import plane, principled, shader, state, surface_of, without_surface  # noqa: E402
 
 RADIANCE = 0.5 / math.pi
@@ -81,6 +82,20 @@ def test_water_casts_a_whole_shadow_while_maps_are_attached(out):
     detach(bpy.context)
     assert state() == before
     assert glass.use_backface_culling_shadow
+
+
+@pytest.mark.parametrize("build", [waters.collection_instance, waters.linked_collection_instance])
+def test_what_an_empty_shows_as_water_casts_the_shadow(out, tmp_path, build):
+    """The water inside, unless it is of a library, which cannot be changed."""
+    plane("Floor", principled())
+    (name,) = build(bpy.context.scene, tmp_path)
+    (pond,) = bpy.data.objects[name].instance_collection.objects
+    if not pond.library:
+        pond.visible_shadow = False
+    attach(bpy.context, ("Floor",), out, (name,))
+    assert pond.visible_shadow
+    detach(bpy.context)
+    assert pond.visible_shadow == bool(pond.library)
 
 
 def test_sun_without_a_shadow_is_said(out):

@@ -292,15 +292,16 @@ def test_lamps_that_are_left_out_are_named(pool):
     assert not any(unlit.name in w for w in warnings)
 
 
-def test_instanced_water_is_not_a_wall(pool):
+def test_instanced_water_is_water_too(pool):
     grid("Water", z=1.0)
     ponds = bpy.data.collections.new("Ponds")
     ponds.objects.link(bpy.data.objects["Water"])
     instance = add("Far pond", None)
     instance.instance_type, instance.instance_collection = "COLLECTION", ponds
+    instance.location.x = 5.0
     scene, warnings = read()
-    assert scene.occluders == ()
-    assert any("Instances of or on water" in w for w in warnings)
+    assert scene.occluders == () and warnings == []
+    assert sorted(scene.water.positions[:, 0].round(6))[::97] == [-1.0, 6.0]
 
 
 def test_hidden_water_is_an_error(pool):

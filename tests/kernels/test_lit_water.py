@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from waves import OBLIQUE, five_sines, floor, sun, water
+from waves import OBLIQUE, five_sines, floor, grid, mesh_water, sun, water
 
 from dapple.kernels.lit_water import light_water, may_be_shadowed
 from dapple.kernels.rays import Tracer
@@ -47,3 +47,20 @@ def test_what_lies_below_shadows_nothing():
     lit = light_water(water(five_sines, 16), sun())
     assert not may_be_shadowed(lit, bed.positions, bed.triangles).any()
     assert not may_be_shadowed(lit, np.zeros((0, 3)), np.zeros((0, 3), int)).any()
+
+
+def test_a_body_of_water_is_lit_on_top_however_its_normals_lean():
+    """A closed slab shows as much of its bottom as of its top; a few normals that lean over its rim tip no balance."""
+    x, y, top = grid(8, 2.0)
+    count = len(x)
+    positions = np.concatenate([np.stack([x, y, np.full(count, z)], 1) for z in (0.0, -0.3)])
+    along = np.arange(8)
+    rim = np.concatenate([along, 8 + 9 * along, 80 - along, 72 - 9 * along])
+    a, b = rim, np.roll(rim, -1)
+    sides = np.concatenate([np.stack([a, a + count, b], 1), np.stack([b, a + count, b + count], 1)])
+    triangles = np.concatenate([top, top[:, ::-1] + count, sides])
+    normals = np.repeat([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]], count, axis=0)
+    normals[rim[:3]] = (0.0, -0.6, -0.8)
+    lit = light_water(mesh_water(positions, triangles, normals), sun((0.0, 0.0, -1.0)))
+    assert lit.area[len(top) : 2 * len(top)].sum() == 0
+    assert lit.area[: len(top)].sum() > 3.5
