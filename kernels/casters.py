@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -12,12 +12,14 @@ from .checks import check_shaded
 @dataclass(frozen=True)
 class Glass:
     """A smooth dielectric that encloses what is behind its normals: eta, its index of refraction over that of air;
-    sigma_a (3,) [1/m] in it; reflects and transmits (3,): colours by which each meeting multiplies Fresnel's shares."""
+    sigma_a (3,) [1/m] in it; reflects and transmits (3,): colours by which each meeting multiplies Fresnel's shares;
+    abbe: its Abbe number, 0 for that of `scene.Settings.dispersion`."""
 
     eta: float
     sigma_a: np.ndarray = field(default_factory=lambda: np.zeros(3))
     reflects: np.ndarray = field(default_factory=lambda: np.ones(3))
     transmits: np.ndarray = field(default_factory=lambda: np.ones(3))
+    abbe: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -58,3 +60,10 @@ class Volume:
     def __post_init__(self):
         if np.shape(self.matrix) != (4, 4) or len(self.culling) != 6:
             raise ValueError(f"matrix must have shape (4, 4) and culling (6,), got {np.shape(self.matrix)}")
+
+
+def with_glass(casters, **changes):
+    """The casters (a tuple of Caster), each of glass with changes to its Glass."""
+    return tuple(
+        replace(c, material=replace(c.material, **changes)) if isinstance(c.material, Glass) else c for c in casters
+    )

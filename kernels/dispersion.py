@@ -1,4 +1,4 @@
-"""Dispersion: an index of refraction for each of red, green and blue, and one solution for each index.
+"""Dispersion: an index of refraction for each of red, green and blue, in water and glass, and one solution for each.
 
 Cauchy's n = A + B / lambda^2 through n_d and the Abbe number V_d = (n_d - 1) / (n_F - n_C) [1]. Water at 20 degrees has
 n_d = 1.3330 and V_d = 55.7 [2]. A channel is light of one wavelength, the dominant one of its Rec. 709 primary [3].
@@ -14,6 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from .casters import Glass
 from .scene import Diagnostics, Solution, Sun
 from .status import Status, counts
 
@@ -33,24 +34,44 @@ def etas(eta, abbe):
 
 
 def solve_channels(solve, scene, texels, settings):
-    """The Solution by `solve` of a Scene whose water has the indices of `etas`: one for all channels of one index,
-    summed. Channels in which no light shines are not solved."""
-    indices = etas(scene.eta, settings.dispersion)
+    """The Solution by `solve` of a Scene whose water and glass have the indices of `etas`: one for all channels that
+    they bend alike, summed. Channels in which no light shines are not solved."""
+    indices = _indices(scene, settings.dispersion)
     power = [light.irradiance if isinstance(light, Sun) else light.intensity for light in scene.lights]
     lit = np.sum(power, axis=0) > 0 if power else np.zeros(3, bool)
-    groups = [(eta, lit & (indices == eta)) for eta in np.unique(indices[lit])]
+    rows, of = np.unique(indices[lit], axis=0, return_inverse=True)
+    groups = [np.isin(np.arange(3), np.flatnonzero(lit)[of.reshape(-1) == k]) for k in range(len(rows))]
     if len(groups) < 2:
-        return solve(replace(scene, eta=float(groups[0][0])) if groups else scene, texels, settings)
-    return _sum([solve(_only(scene, eta, channels), texels, settings) for eta, channels in groups])
+        return solve(_with_indices(scene, rows[0]) if groups else scene, texels, settings)
+    return _sum([solve(_only(scene, row, own), texels, settings) for row, own in zip(rows, groups, strict=True)])
 
 
-def _only(scene, eta, channels):
-    """The scene with one index and the light of some channels (3,) bool."""
+def _indices(scene, abbe):
+    """Indices (3, 1 + casters) in each channel, of the water, if there is any, and of what casters are of; 0 for
+    mirrors."""
+    own = [etas(scene.eta, abbe if len(scene.water.triangles) else 0.0)]
+    for caster in scene.casters:
+        glass = caster.material
+        own.append(etas(glass.eta, glass.abbe or abbe) if isinstance(glass, Glass) else np.zeros(3))
+    return np.stack(own, 1)
+
+
+def _with_indices(scene, indices):
+    """The scene with indices (1 + casters,), as `_indices` has them."""
+    casters = [
+        replace(caster, material=replace(caster.material, eta=float(eta), abbe=0.0)) if eta else caster
+        for caster, eta in zip(scene.casters, indices[1:], strict=True)
+    ]
+    return replace(scene, eta=float(indices[0]), casters=tuple(casters))
+
+
+def _only(scene, indices, channels):
+    """The scene with some indices (1 + casters,) and the light of some channels (3,) bool."""
     lights = []
     for light in scene.lights:
         name = "irradiance" if isinstance(light, Sun) else "intensity"
         lights.append(replace(light, **{name: np.where(channels, getattr(light, name), 0.0)}))
-    return replace(scene, eta=float(eta), lights=tuple(lights))
+    return replace(_with_indices(scene, indices), lights=tuple(lights))
 
 
 def _sum(solutions):

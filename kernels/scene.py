@@ -152,10 +152,11 @@ class Settings:
     resolution: texels along each side of a lightmap; padding: texels that a chart is grown by; points: photons as
     points in place of beams, with the seed of their strata, as an independent check; first_root: the walk stops at the
     first path to a texel's centre, as its source does; surface: "auto" for the smooth water that a smooth-shaded mesh
-    samples, "mesh" for the mesh as it is; dispersion: the water's Abbe number, 0 for one index for all colours, see
-    `dispersion.py`; match_cycles: divide the images by eta^2, as Cycles shows what lies under water; bounces: at how
-    many surfaces light is bent or mirrored, at most, on its way over casters; reuse: what share of its light a texel
-    keeps from frame to frame, see `reuse.py`; without: names of the physical terms to leave out, see `terms.py`."""
+    samples, "mesh" for the mesh as it is; dispersion: the Abbe number of the water and of glass that has none of its
+    own, 0 for one index for all colours, see `dispersion.py`; match_cycles: divide the images by eta^2, as Cycles shows
+    what lies under water; bounces: at how many surfaces light is bent or mirrored, at most, on its way over casters;
+    reuse: what share of its light a texel keeps from frame to frame, see `reuse.py`; without: names of the physical
+    terms to leave out, see `terms.py`."""
 
     method: str = "auto"
     tolerance: float = 0.01

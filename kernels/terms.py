@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from .casters import Glass
+from .casters import with_glass
 from .scene import Sun
 
 TERMS = {
@@ -37,21 +37,15 @@ def left_in(scene, settings):
     that are no terms."""
     check(settings.without)
     if "absorption" in settings.without:
-        scene = replace(scene, sigma_a=np.zeros(3), casters=tuple(map(_clear, scene.casters)))
+        scene = replace(scene, sigma_a=np.zeros(3), casters=with_glass(scene.casters, sigma_a=np.zeros(3)))
     if "disc" in settings.without:
         lights = (replace(light, angle=0.0) if isinstance(light, Sun) else light for light in scene.lights)
         scene = replace(scene, lights=tuple(lights))
     if "occlusion" in settings.without:
         scene = replace(scene, occluders=())
     if "dispersion" in settings.without:
+        scene = replace(scene, casters=with_glass(scene.casters, abbe=0.0))
         settings = replace(settings, dispersion=0.0)
     if "reconstruction" in settings.without:
         settings = replace(settings, surface="mesh")
     return scene, settings
-
-
-def _clear(caster):
-    """The Caster of clear glass, or as it is."""
-    if not isinstance(caster.material, Glass):
-        return caster
-    return replace(caster, material=replace(caster.material, sigma_a=np.zeros(3)))

@@ -70,8 +70,6 @@ def left_out(scene, texels, settings, work, casts):
         count, enough = directions(scene, light, texels)
         if count < enough:
             sentences.append(f"what is between {count} directions within the disc of '{light.name}', over casters")
-    if settings.dispersion:
-        sentences.append("dispersion in glass, which bends all colours alike; the water's has its own index for each")
     if not settings.points:
         sentences.append("in the estimated error, that errors of beams over casters add up where many meet in a focus")
     part = work.flux_lost[LOST[_BEYOND]].sum() / max(work.flux_in.sum(), np.finfo(float).tiny)
