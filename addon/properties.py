@@ -104,6 +104,24 @@ class DappleObject(bpy.types.PropertyGroup):
         items=CAUSTICS,
         default="AUTO",
     )
+    ior: FloatProperty(
+        name="IOR",
+        description="Index of refraction of the active object's glass, that of the matter itself: 1.5 is glass, 1 a "
+        "bubble of air under water. 0 takes that of its material",
+        default=0.0,
+        min=0.0,
+        max=4.0,
+        precision=3,
+    )
+    abbe: FloatProperty(
+        name="Abbe Number",
+        description="How much less the active object's glass parts colours: 64 is crown glass, 36 flint, 55 diamond. "
+        "0 takes that of the bake",
+        default=0.0,
+        min=0.0,
+        soft_max=100.0,
+        precision=1,
+    )
     shared_map: StringProperty(
         name="Map",
         description="Receivers with the same name here share one lightmap; it may be the name of one of them. Their "
@@ -170,8 +188,8 @@ class DappleSettings(bpy.types.PropertyGroup):
     )
     dispersion: FloatProperty(
         name="Abbe Number",
-        description="How much more the water bends blue than red: 55.7 is water, less is more colourful. "
-        "0 bends all colours alike, in a third of the time",
+        description="How much more water and glass bend blue than red: 55.7 is water, less is more colourful. "
+        "0 bends all colours alike, in a third of the time. Objects can have their own under Glass and Metal",
         default=0.0,
         min=0.0,
         soft_max=100.0,

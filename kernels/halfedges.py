@@ -37,9 +37,28 @@ def build_twins(triangles):
     return twins
 
 
+def rim_length(positions, triangles):
+    """Length [m] of the edges of an odd number of triangles (T,3), along which a mesh of positions (V,3) is open;
+    corners in one place are one."""
+    ends = _odd_edges(triangles)
+    if len(ends):
+        positions, welded = np.unique(positions, axis=0, return_inverse=True)
+        triangles = welded.reshape(-1)[triangles]
+        ends = _odd_edges(triangles[(triangles != triangles[:, AFTER]).all(1)])
+    across = positions[ends[:, 0]] - positions[ends[:, 1]]
+    return float(np.sqrt((across**2).sum(1)).sum())
+
+
+def _odd_edges(triangles):
+    """Ends (n,2) of the edges of an odd number of triangles (T,3)."""
+    _, first, count = np.unique(_edge_keys(triangles), return_index=True, return_counts=True)
+    first = first[count % 2 == 1]
+    return np.stack([triangles[first // 3, first % 3], triangles[first // 3, AFTER[first % 3]]], 1)
+
+
 def _edge_keys(triangles):
     """One int64 per half-edge, equal for both directions of an edge: (T,3) -> (3T,)."""
     tails = triangles.astype(np.int64, copy=False)
     heads = tails[:, [1, 2, 0]]
     low = np.minimum(tails, heads)
-    return (low * (int(tails.max()) + 1) + np.maximum(tails, heads)).ravel()
+    return (low * (int(tails.max(initial=0)) + 1) + np.maximum(tails, heads)).ravel()

@@ -7,12 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..kernels.casters import Caster
+from ..kernels.halfedges import rim_length
 from ..kernels.scene import Occluder
 from .mesh_arrays import MeshArrays, read_geometry, read_material_index, read_normals, turn_normals
 from .shader_nodes import materials_of
 from .speculars import MOST_ROUGHNESS, Glass, read_specular
 
-_OPEN = 1e-3  # of a mesh's area: the area of its holes that is more than rounding
+_OPEN = 1e-3  # of a mesh's area: a round hole that is worth a word
 
 
 @dataclass(frozen=True)
@@ -79,7 +80,8 @@ class MeshReader:
         key = shown.data.as_pointer(), shown.original
         if key not in self._casting:
             used = set(np.unique(local.material_index))
-            found = [_named(m, self._materials) if i in used else None for i, m in enumerate(materials_of(shown))]
+            slots = enumerate(materials_of(shown))
+            found = [_named(m, shown.original, self._materials) if i in used else None for i, m in slots]
             casting, said = casts(shown.original, found)
             if any(isinstance(material, Glass) for material in casting):
                 said += _shape(shown.original.name, local.arrays)
@@ -98,15 +100,17 @@ def _read(shown, reader):
         shown.to_mesh_clear()
 
 
-def _named(material, known):
-    """(Specular, name) of a material or None; one a material, in the dict `known`, so that objects of one glass are one
-    medium."""
+def _named(material, obj, known):
+    """(Specular, name) of a material or None, as an object has it; one for all objects that have it so, in the dict
+    `known`."""
     if material is None:
         return None
-    if material.original not in known:
-        found = read_specular(material)
-        known[material.original] = found and (found, material.original.name)
-    return known[material.original]
+    own = (float(f"{v:.6g}") for v in (obj.dapple.ior, obj.dapple.abbe))  # Blender keeps them in float32
+    key = material.original, *own
+    if key not in known:
+        found = read_specular(material, *key[1:])
+        known[key] = found and (found, material.original.name)
+    return known[key]
 
 
 def caster_names(depsgraph, others):
@@ -118,7 +122,7 @@ def caster_names(depsgraph, others):
         obj = one.original
         if obj.name in others or obj.name in names:
             continue
-        names[obj.name] = any(casts(obj, [_named(material, known) for material in materials_of(one)])[0])
+        names[obj.name] = any(casts(obj, [_named(material, obj, known) for material in materials_of(one)])[0])
     return sorted(name for name, cast in names.items() if cast)
 
 
@@ -160,8 +164,8 @@ def _wish(obj):
 def _shape(name, arrays):
     """Warnings on a body of glass that is not closed, or inside out."""
     a, b, c = (arrays.positions[arrays.triangles[:, k]] - arrays.positions.mean(0) for k in range(3))
-    across = np.cross(b - a, c - a)
-    if np.linalg.norm(across.sum(0)) > _OPEN * np.linalg.norm(across, axis=1).sum():
+    area = np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2
+    if rim_length(arrays.positions, arrays.triangles) ** 2 > 4 * np.pi * _OPEN * area:
         return [
             f"Glass '{name}' is not closed: light that enters it finds no way out as it should. Give it thickness "
             "(a Solidify modifier), or close its holes."

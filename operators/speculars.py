@@ -54,9 +54,10 @@ class _Part:
     wrong: str = ""
 
 
-def read_specular(material) -> Specular | None:
+def read_specular(material, ior=0.0, abbe=0.0) -> Specular | None:
     """The Specular of an evaluated material: of the shaders that feed its active output that with the largest share,
-    its colours times that share; None where none has a share that matters."""
+    its colours times that share; None where none has a share that matters. ior and abbe: index and Abbe number of
+    glass in place of those of the material, where they are not 0."""
     socket = output_socket(material, "Surface")
     nodes = shaders(socket, _NODES) if socket else ()
     parts = [part for node, groups, share in nodes for part in _PARTS[node.type](Sockets(node, groups), node, share)]
@@ -69,7 +70,8 @@ def read_specular(material) -> Specular | None:
         sigma_a, remarks = np.zeros(3), []
     else:
         sigma_a, remarks = material_sigma_a(material)
-        found = replace(found, material=replace(found.material, sigma_a=sigma_a), wrong=most.wrong or _wrong(found))
+        glass = replace(found.material, sigma_a=sigma_a, eta=ior or found.material.eta, abbe=abbe)
+        found = replace(found, material=glass, wrong=most.wrong or _wrong(glass))
     said = [sentence.format(material.name) for sentence in most.warnings]
     if most.share < 1 - 1e-6:
         said.append(
@@ -79,14 +81,16 @@ def read_specular(material) -> Specular | None:
     return replace(found, warnings=(*said, *remarks), wrong=found.wrong.format(material.name))
 
 
-def _wrong(found):
+def _wrong(glass):
     """Why a Glass cannot be baked, as a sentence; empty if it can."""
-    if _LEAST_IOR <= found.material.eta <= _MOST_IOR:
-        return ""
-    return (
-        f"Material '{{}}' has IOR {found.material.eta:.4g} and casts no caustics; set it between {_LEAST_IOR:g} and "
-        f"{_MOST_IOR:g}, that of the matter itself, in water too."
-    )
+    if not _LEAST_IOR <= glass.eta <= _MOST_IOR:
+        return (
+            f"Material '{{}}' has IOR {glass.eta:.4g} and casts no caustics; set it between {_LEAST_IOR:g} and "
+            f"{_MOST_IOR:g}, that of the matter itself, in water too."
+        )
+    if glass.abbe and not glass.abbe >= 1:
+        return f"Glass of material '{{}}' is given the impossible Abbe number {glass.abbe:.4g}; set 0 or 1 and more."
+    return ""
 
 
 def _principled(read, node, share):

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dapple.kernels.halfedges import build_twins
+from dapple.kernels.halfedges import build_twins, rim_length
 
 
 def grid(n, m):
@@ -101,3 +101,21 @@ def test_any_soup_as_by_definition(soup):
 def test_vertex_numbers_that_overflow_32_bits_when_packed():
     triangles = grid(3, 3) + 2_000_000_000
     np.testing.assert_array_equal(build_twins(triangles.astype(np.int32)), build_twins(grid(3, 3)))
+
+
+def test_the_rim_of_a_sheet_is_its_outline():
+    x, y = np.meshgrid(np.linspace(0, 3, 4), np.linspace(0, 2, 3), indexing="ij")
+    flat = np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], 1)
+    assert rim_length(flat, grid(3, 2)) == pytest.approx(10)
+    assert rim_length(flat, np.zeros((0, 3), int)) == 0
+
+
+def test_closed_things_have_no_rim_though_their_corners_are_split():
+    triangles = octahedron(1)
+    corners = np.random.default_rng(0).normal(size=(triangles.max() + 1, 3))
+    apart = np.arange(triangles.size).reshape(-1, 3)
+    assert rim_length(corners, triangles) == 0
+    assert rim_length(corners[triangles].reshape(-1, 3), apart) == 0
+    v = corners[triangles[0]]
+    hole = np.linalg.norm(v - np.roll(v, 1, 0), axis=1).sum()
+    assert rim_length(corners[triangles].reshape(-1, 3), apart[1:]) == pytest.approx(hole)
