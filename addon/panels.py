@@ -67,6 +67,8 @@ class DAPPLE_PT_casters(Sidebar, bpy.types.Panel):
         settings, active, layout = context.scene.dapple, context.object, self.column()
         if active and active.type == "MESH":
             layout.prop(active.dapple, "caustics", text=active.name, translate=False)
+            for name in ("ior", "abbe"):
+                layout.prop(active.dapple, name)
         layout.prop(settings, "bounces")
         layout.prop(settings, "volume")
         sides = layout.row(align=True)
