@@ -10,6 +10,7 @@ from typing import Any
 import flip_evaluator
 import numpy as np
 
+from dapple.kernels.chart.maps import light_of
 from dapple.kernels.maps.texels import rasterise
 from dapple.kernels.methods import solve
 from dapple.kernels.scene import Settings
@@ -57,9 +58,7 @@ class Case:
         if key not in self._bakes:
             settings = Settings(method, tolerance, surface="mesh")
             seconds, solution = timed(lambda: solve(self.scene, self.texels, settings), 3)
-            pairs = zip(solution.images, self.texels, strict=True)
-            light = np.concatenate([image.reshape(-1, 3)[own.texel] for image, own in pairs])
-            self._bakes[key] = seconds, light, solution.diagnostics
+            self._bakes[key] = seconds, light_of(self.texels, solution.images), solution.diagnostics
         return self._bakes[key]
 
     def error_rows(self, tolerance, method="photon_splat"):

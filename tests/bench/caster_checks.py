@@ -7,13 +7,14 @@ import waves as tests_waves
 from casters import no_water
 
 from dapple.kernels.casters import Glass, Mirror
+from dapple.kernels.chart.maps import Maps
 from dapple.kernels.maps.texels import rasterise
 from dapple.kernels.methods import solve
 from dapple.kernels.scene import Occluder, Point, Scene, Settings, Sun
 
 from . import caster_shapes as shapes
 from . import mitsuba_scene
-from .caster_references import irradiance, maps_of
+from .caster_references import irradiance
 from .caster_scenes import on_table
 from .mitsuba_light import LightTracer
 
@@ -81,7 +82,7 @@ def _closed_box():
     light, texels, landed = _landed(Scene(no_water(), walls, (), (lamp,), casters=(ball,)))
     away = np.linalg.norm(lamp.position)
     expected = 2 * np.pi * (1 - np.sqrt(1 - (0.3 / away) ** 2))
-    flux = maps_of(texels, light).weight @ light
+    flux = Maps.of(texels, light).weight @ light
     yield _row("ball in a closed box: flux on the walls", expected, flux[0])
     yield "of it, on the wrong side of facets", "0", f"{landed.lost['wrong_side'][0]:.2g}", "-"
 
@@ -123,7 +124,7 @@ def _pool():
     light, texels, _ = _landed(scene, 2**24)
     found = solve(scene, texels, Settings(tolerance=1e-5, surface="mesh"))
     flat = found.images[0].reshape(-1, 3)[texels[0].texel]
-    maps = maps_of(texels, light)
+    maps = Maps.of(texels, light)
     yield _row(
         "pool: flux on the floor, expected by beams", float(maps.weight @ flat[:, 0]), float(maps.weight @ light[:, 0])
     )

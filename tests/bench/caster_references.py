@@ -9,6 +9,8 @@ from pathlib import Path
 import mitsuba as mi
 import numpy as np
 
+from dapple.kernels.chart.maps import Maps
+
 from . import mitsuba_scene
 from .mitsuba_light import LightTracer
 from .reference_files import FOLDER
@@ -16,34 +18,6 @@ from .reference_files import FOLDER
 _ROUND = 2**23  # photons of each half at a time
 _MOST = 12  # rounds
 _ENOUGH = 5e-5, 0.02  # error and mean absolute error at which no further round is made
-
-
-@dataclass(frozen=True)
-class Maps:
-    """Irradiance [W/m^2] on the texels of several receivers, one after the other: light (K,3); weight (K,) [m^2], the
-    area of each; cuts, where each receiver's texels end."""
-
-    light: np.ndarray
-    weight: np.ndarray
-    cuts: tuple
-
-    def error(self, light, part=None):
-        """Mean squared error over the area of light (K,3) against this, over the mean square; of one receiver or all"""
-        mine, theirs, weight = (self._of(v, part) for v in (self.light, light, self.weight[:, None]))
-        return float((weight * (theirs - mine) ** 2).sum() / (weight * mine**2).sum())
-
-    def mean_error(self, light, part=None):
-        """Mean absolute error over the area, over the mean."""
-        mine, theirs, weight = (self._of(v, part) for v in (self.light, light, self.weight[:, None]))
-        return float((weight * np.abs(theirs - mine)).sum() / (weight * mine).sum())
-
-    def energy(self, light, part=None):
-        """Relative error of the whole flux."""
-        mine, theirs, weight = (self._of(v, part) for v in (self.light, light, self.weight[:, None]))
-        return float((weight * theirs).sum() / (weight * mine).sum()) - 1
-
-    def _of(self, values, part):
-        return values if part is None else np.split(values, self.cuts)[part]
 
 
 @dataclass(frozen=True)
@@ -88,12 +62,6 @@ def irradiance(texels, images):
     return np.concatenate(parts)
 
 
-def maps_of(texels, light):
-    """The Maps of light (K,3) on all texels."""
-    cuts = tuple(int(cut) for cut in np.cumsum([len(t.texel) for t in texels])[:-1])
-    return Maps(light, np.concatenate([t.area for t in texels]), cuts)
-
-
 def _arrays(halves, rounds):
     """Flux (2 halves, all and short, receivers, R, R, 3), what is lost in the mean, and photons."""
     flux = np.stack([[half.maps, half.short] for half in halves]) / rounds
@@ -103,8 +71,8 @@ def _arrays(halves, rounds):
 
 def _reference(texels, flux, lost, photons):
     (first, first_short), (second, second_short) = ([irradiance(texels, kind) for kind in half] for half in flux)
-    maps = maps_of(texels, (first + second) / 2)
-    short = maps_of(texels, (first_short + second_short) / 2)
+    maps = Maps.of(texels, (first + second) / 2)
+    short = Maps.of(texels, (first_short + second_short) / 2)
     return CasterReference(maps, short, first, lost, photons)
 
 
