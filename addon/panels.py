@@ -6,6 +6,7 @@ import bpy
 
 from ..operators import live
 from ..operators.choose import flagged_receivers
+from ..operators.forecast import forecast
 from ..operators.receivers import can_receive
 
 
@@ -30,6 +31,8 @@ class DAPPLE_PT_bake(Sidebar, bpy.types.Panel):
 
     def draw(self, context):
         settings, layout = context.scene.dapple, self.layout
+        if context.window_manager.dapple.running:
+            _draw_progress(layout, context)
         buttons = layout.column(align=True)
         buttons.operator("dapple.bake_frame", icon="RENDER_STILL")
         buttons.operator("dapple.bake_animation", icon="RENDER_ANIMATION")
@@ -118,6 +121,9 @@ class DAPPLE_PT_output(Sidebar, bpy.types.Panel):
         frames.prop(settings, "frame_end")
         layout.prop(settings, "output")
         layout.prop(settings, "depth")
+        layout.prop(settings, "workers")
+        workers, each = forecast(context.scene, context.view_layer)
+        layout.label(text=f"{workers} at once, about {each / 1e9:.2g} GB each", icon="MEMORY", translate=False)
 
 
 class DAPPLE_PT_margin(Sidebar, bpy.types.Panel):
@@ -159,3 +165,11 @@ def _draw_map(layout, settings, active):
         column.prop(active.dapple, "shared_map")
         if active.type == "MESH":
             column.prop(active.dapple, "instances_receive")
+
+
+def _draw_progress(layout, context):
+    """How far the running bake is, what its workers are at, and a button that stops it."""
+    bake = context.window_manager.dapple
+    layout.progress(factor=bake.part, text=f"{bake.part:.0%}")
+    wrapped(layout, context, bake.text)
+    layout.operator("dapple.stop", icon="CANCEL")

@@ -134,6 +134,35 @@ class DappleObject(bpy.types.PropertyGroup):
     )
 
 
+class DappleProgress(bpy.types.PropertyGroup):
+    """The bake that is running in the window: how far it is, and whether it is to stop. Not saved."""
+
+    running: BoolProperty(options={"HIDDEN", "SKIP_SAVE"})
+    stop: BoolProperty(options={"HIDDEN", "SKIP_SAVE"})
+    part: FloatProperty(min=0.0, max=1.0, options={"HIDDEN", "SKIP_SAVE"})
+    text: StringProperty(options={"HIDDEN", "SKIP_SAVE"})
+
+    def begin(self):
+        self.running, self.stop, self.part, self.text = True, False, 0.0, "baking"
+
+    def tell(self, part, text) -> bool:
+        """Show how far it is, and what is under way; returns whether that is news."""
+        if (news := (text != self.text)) or part != self.part:
+            self.part, self.text = part, text
+            self._redraw()
+        return news
+
+    def end(self):
+        self.running = self.stop = False
+        self._redraw()
+
+    def _redraw(self):
+        for window in self.id_data.windows:
+            for area in window.screen.areas:
+                if area.type == "VIEW_3D":
+                    area.tag_redraw()
+
+
 class DappleSettings(bpy.types.PropertyGroup):
     """What to bake, how well, and where to."""
 
@@ -230,6 +259,14 @@ class DappleSettings(bpy.types.PropertyGroup):
         description="Sides of the volume, along its own axes, at which light that leaves it ends",
         items=CULLING,
         options={"ENUM_FLAG"},
+    )
+    workers: IntProperty(
+        name="Workers",
+        description="How many frames are solved at once, each by a process of its own. 0: as many as there are cores, "
+        "as far as memory allows",
+        default=0,
+        min=0,
+        soft_max=64,
     )
     use_scene_range: BoolProperty(
         name="Scene Frame Range", description="Bake from the scene's first frame to its last", default=True

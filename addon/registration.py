@@ -6,19 +6,21 @@ import bpy
 
 from ..operators import live
 from ..operators.ops_attach import DAPPLE_OT_attach, DAPPLE_OT_detach
-from ..operators.ops_bake import DAPPLE_OT_bake_animation, DAPPLE_OT_bake_frame
+from ..operators.ops_bake import DAPPLE_OT_bake_animation, DAPPLE_OT_bake_frame, DAPPLE_OT_stop
 from ..operators.ops_choose import DAPPLE_OT_choose
 from ..operators.ops_live import DAPPLE_OT_live_preview
 from ..operators.ops_overlay import DAPPLE_OT_show_status
 from . import panel_status, panels
-from .properties import DappleObject, DappleSettings
+from .properties import DappleObject, DappleProgress, DappleSettings
 
 # A class that another one names comes before it: settings before the pointers to them, parent panels before children.
 CLASSES = (
     DappleSettings,
     DappleObject,
+    DappleProgress,
     DAPPLE_OT_bake_frame,
     DAPPLE_OT_bake_animation,
+    DAPPLE_OT_stop,
     DAPPLE_OT_attach,
     DAPPLE_OT_detach,
     DAPPLE_OT_choose,
@@ -48,10 +50,11 @@ def _command(argv: list[str]) -> int:
 
 
 def register() -> None:
-    """Add the classes, `Scene.dapple`, `Object.dapple` and the command `dapple` to Blender."""
+    """Add the classes, `Scene.dapple`, `Object.dapple`, `WindowManager.dapple` and the command `dapple` to Blender."""
     _register_classes()
     bpy.types.Scene.dapple = bpy.props.PointerProperty(type=DappleSettings)
     bpy.types.Object.dapple = bpy.props.PointerProperty(type=DappleObject)
+    bpy.types.WindowManager.dapple = bpy.props.PointerProperty(type=DappleProgress)
     _commands.append(bpy.utils.register_cli_command("dapple", _command))
 
 
@@ -60,5 +63,5 @@ def unregister() -> None:
     live.stop(bpy.context)
     while _commands:
         bpy.utils.unregister_cli_command(_commands.pop())
-    del bpy.types.Object.dapple, bpy.types.Scene.dapple
+    del bpy.types.WindowManager.dapple, bpy.types.Object.dapple, bpy.types.Scene.dapple
     _unregister_classes()

@@ -1,8 +1,7 @@
-"""The frames of one animation: what they share, what need not be solved again, and pictures that get better."""
+"""The frames of one animation: what they share, and pictures of one that get better."""
 
 from __future__ import annotations
 
-import time
 from dataclasses import fields, is_dataclass, replace
 
 import numpy as np
@@ -10,7 +9,6 @@ import numpy as np
 from .anchor import Kept
 from .reuse import Reuse
 
-_AGAIN = "the frame before again, for nothing has changed since; that was: "
 _STEP, _ROUGHEST = 100.0, 1.0  # of the tolerance, from pass to pass; an error as large as the mean
 
 
@@ -18,42 +16,30 @@ class Sequence:
     """Solves frame after frame; solve: `methods.solve`; settings: the Settings of all frames; anchor: the Anchor of
     their animation, of `methods.prepare`, without which each frame stands alone.
 
-    A frame whose Scene and Texels equal those of the frame before, in every number, is given that one's images. Raises
-    ValueError for an impossible Settings.reuse.
+    The frames may come in any order, but for Settings.reuse. Raises ValueError for an impossible one.
     """
 
     def __init__(self, solve, settings, anchor=None):
         self._solve, self._settings = solve, settings
         self._kept, self._reuse = Kept(anchor), Reuse(settings.reuse)
-        self._before, self._number = None, None
+        self._number = None
 
     def solve(self, number, scene, texels):
         """The Solution of the frame of this number; see `methods.solve`. Light is kept from the one before only."""
-        start = time.perf_counter()
-        if self._knows(scene, texels):
-            own = self._before[2].diagnostics
-            work = replace(own, seconds={"unchanged": time.perf_counter() - start}, reason=_AGAIN + own.reason)
-            solution = replace(self._before[2], diagnostics=work)
-        else:
-            solution = self._solve(scene, texels, self._settings, self._kept)
-            self._before = scene, texels, solution
+        solution = self._solve(scene, texels, self._settings, self._kept)
         if self._number != number - 1:
             self._reuse.forget()
         self._number = number
         return self._reuse.apply(scene, texels, solution)
 
     def rough(self, scene, texels):
-        """Yield Solutions of the frame that is to be solved next, a rough one at once and better ones after it, none
-        where it is known. They are of the mesh as it is; what `solve` gives is the same, bit for bit, with or without
-        them."""
+        """Yield Solutions of the frame that is to be solved next, a rough one at once and better ones after it. They
+        are of the mesh as it is; what `solve` gives is the same, bit for bit, with or without them."""
         rough = [self._settings.tolerance * _STEP]
         while rough[-1] * _STEP <= _ROUGHEST:
             rough.append(rough[-1] * _STEP)
-        for tolerance in () if self._knows(scene, texels) else reversed(rough):
+        for tolerance in reversed(rough):
             yield self._solve(scene, texels, replace(self._settings, tolerance=min(tolerance, 1.0), surface="mesh"))
-
-    def _knows(self, scene, texels):
-        return self._before is not None and unchanged(self._before[:2], (scene, texels))
 
 
 def unchanged(one, other):

@@ -1,45 +1,30 @@
-"""Bake frames: set the frame, read the scene, solve, write; one iterator for buttons, scripts and the command line."""
+"""What to bake, and the bake itself: one iterator for buttons, scripts and the command line."""
 
 from __future__ import annotations
 
-import time
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import bpy
-import numpy as np
 
 from ..kernels.scene import Settings
-from .caches import Player
 from .choose import receiver_names, water_names
 from .errors import DappleError
-from .extract import read_scene
-from .record import Record, frame_entry, summary
-from .shared import Shared
+from .pool import Pool
+from .record import Record
+from .remarks import LEAST_RESOLUTION, MOST_RESOLUTION
+from .run import Run
+from .timeline import Timeline
 from .volume import Bounds
-from .write import check_folder, folder_name, map_path, write_exr
-
-_NO_LIGHT = (
-    "No light by way of water, glass or mirrors reaches receiver '{}'; check that one of them lies between the lamps "
-    "and it, or that it stands where they mirror the lamps."
-)
-_BACKS = (
-    "{:.0%} of the light that comes to receivers falls on the backs of their faces, which stay dark. Turn the "
-    "faces round (Edit Mode: Mesh > Normals > Flip), or give a wall that is lit on both sides a thickness."
-)
-_SLOW = (
-    "Rays are traced by numpy, some twenty times slower, for {}. Reinstall the extension for this system, or use a "
-    "Blender from blender.org; the maps are the same."
-)
-_MUCH = 0.5  # of the light on receivers
-LEAST_RESOLUTION, MOST_RESOLUTION = 16, 16384
+from .write import check_folder
 
 
 @dataclass(frozen=True)
 class BakeRequest:
     """What to bake, by the names of mesh objects, of water none where something else casts; out: folder of the maps and
-    of bake.json; volume: what bounds the work of the casters, if anything; full: maps in float32, not half floats."""
+    of bake.json; volume: what bounds the work of the casters, if anything; full: maps in float32, not half floats;
+    workers: how many processes solve at once, 0 for as many as cores and memory allow; anchor: the frame that the
+    others are made to fit, None for the first; see `kernels.anchor`."""
 
     water: tuple[str, ...]
     receivers: tuple[str, ...]
@@ -48,27 +33,8 @@ class BakeRequest:
     settings: Settings
     volume: Bounds | None = None
     full: bool = False
-
-
-@dataclass(frozen=True)
-class Preview:
-    """A rough picture of a frame, whose maps lie in a folder as they will in that of the bake."""
-
-    frame: int
-    folder: Path
-
-
-@dataclass(frozen=True)
-class Progress:
-    """A frame that is on disk: its number, how many of how many that makes, a sentence on it, its
-    maps, and its warnings."""
-
-    frame: int
-    done: int
-    total: int
-    message: str
-    maps: tuple[Path, ...] = ()
-    warnings: tuple[str, ...] = ()
+    workers: int = 0
+    anchor: int | None = None
 
 
 def request_from_scene(scene, water=None, receivers=None, frames=None, out=None) -> BakeRequest:
@@ -85,97 +51,30 @@ def request_from_scene(scene, water=None, receivers=None, frames=None, out=None)
     water = water or water_names(scene)
     receivers = receivers or receiver_names(scene, water)
     out = Path(out or output_folder(chosen.output))
-    frames, full = frames or _frames(scene), chosen.depth == "FULL"
-    return BakeRequest(water, receivers, frames, out, settings, _volume(chosen), full)
+    frames, full, anchor = frames or _frames(scene), chosen.depth == "FULL", _range(scene)[0]
+    return BakeRequest(water, receivers, frames, out, settings, _volume(chosen), full, chosen.workers, anchor)
 
 
-def bake(context, request: BakeRequest, previews: Path | None = None) -> Iterator[Progress | Preview]:
-    """Bake frame after frame; yields after each, once its maps and bake.json are on disk.
+def bake(context, request: BakeRequest, previews: Path | None = None, wait: float | None = None):
+    """Bake all frames; yields a Progress for each, once its maps and bake.json are on disk, in the order in which they
+    get there.
 
-    previews: a folder for rough pictures of each frame, of which each is told before the frame is done.
+    previews: a folder for rough pictures of each frame, of which each is told by a Preview before the frame is done.
+    wait: None blocks until there is something to tell; with a number of seconds an Iterator that yields a Waiting after
+    so many, where there is nothing else, and never keeps its caller for longer than it takes to read a frame.
 
-    A frame that fails, or an iterator that is closed, leaves the frames before as they are; the scene's current frame
-    is put back. Raises DappleError for what cannot be baked.
+    Other processes solve; they end with the iterator, when it is closed too, at once. Frames that are on disk stay
+    there; the scene's current frame is put back. Raises DappleError for what cannot be baked.
     """
     _check(request)
-    scene_name, frame, subframe = context.scene.name, context.scene.frame_current, context.scene.frame_subframe
     record = Record.open(request)
     check_folder(request.out)
-    shared, player = Shared(request.settings), Player(scene_name)
+    timeline = Timeline(context)
     try:
-        for done, number in enumerate(request.frames, 1):
-            player.go(number)
-            try:
-                steps = _bake_frame(context.evaluated_depsgraph_get(), number, request, shared, previews)
-                entry = yield from _previews(steps)
-            except DappleError as error:
-                raise DappleError(f"Frame {number}: {error}") from error
-            record.add(number, entry)
-            maps = tuple(request.out / name for name in entry["files"].values())
-            yield Progress(number, done, len(request.frames), summary(number, entry), maps, tuple(entry["warnings"]))
+        with Pool(1) as pool:
+            yield from Run(timeline, request, record, pool, previews, wait).steps()
     finally:
-        bpy.data.scenes[scene_name].frame_set(frame, subframe=subframe)
-
-
-def _previews(steps):
-    """Yield the Previews of the steps of a frame; returns its entry, the last step."""
-    for step in steps:
-        if not isinstance(step, Preview):
-            return step
-        yield step
-
-
-def _bake_frame(depsgraph, number, request, shared, previews):
-    """Solve and write one frame; yields a Preview for each rough picture, where asked for, and last its entry for
-    bake.json."""
-    clock = _Clock()
-    scene, warnings = read_scene(depsgraph, request.water, request.receivers, shared.topology, request.volume)
-    _check_maps([receiver.name for receiver in scene.receivers], request.settings.resolution)
-    clock.lap("extract")
-    charts = tuple(shared.texels.of(receiver) for receiver in scene.receivers)
-    clock.lap("texels")
-    for solution in shared.sequence.rough(scene, charts) if previews else ():
-        _write_maps(previews, number, scene, solution, request.full)
-        yield Preview(number, previews)
-    solution = shared.sequence.solve(number, scene, charts)
-    clock.lap("solve")
-    warnings = [*warnings, *_remarks(solution.diagnostics)]
-    files = _write_maps(request.out, number, scene, solution, request.full)
-    clock.lap("write")
-    yield frame_entry(scene, solution.diagnostics, clock.seconds, files, warnings)
-
-
-def _write_maps(folder, number, scene, solution, full):
-    """Write the maps of a frame; returns where they lie in the folder, by receiver."""
-    paths = {receiver.name: map_path(folder, receiver.name, number) for receiver in scene.receivers}
-    for path, image in zip(paths.values(), solution.images, strict=True):
-        write_exr(path, image, full)
-    return {receiver: path.relative_to(folder).as_posix() for receiver, path in paths.items()}
-
-
-def _remarks(diagnostics):
-    """Warnings on receivers that stay dark, and on slow rays."""
-    received = diagnostics.flux_received
-    warnings = [_NO_LIGHT.format(name) for name, flux in received.items() if not flux.any()]
-    back = np.sum(diagnostics.flux_lost.get("back", 0.0))
-    total = back + sum(flux.sum() for flux in received.values())
-    if back > _MUCH * total:
-        warnings.append(_BACKS.format(back / total))
-    if diagnostics.slow_rays:
-        warnings.append(_SLOW.format(diagnostics.slow_rays))
-    return warnings
-
-
-class _Clock:
-    """Seconds from lap to lap."""
-
-    def __init__(self):
-        self.seconds = {}
-        self._last = time.perf_counter()
-
-    def lap(self, stage):
-        now = time.perf_counter()
-        self.seconds[stage], self._last = now - self._last, now
+        timeline.restore()
 
 
 def _check(request):
@@ -193,6 +92,8 @@ def _check(request):
         raise DappleError(
             f"A tolerance of {request.settings.tolerance:g} cannot be met; set one above 0, such as 0.01."
         )
+    if request.workers < 0:
+        raise DappleError(f"{request.workers} workers cannot bake; set 1 or more, or 0 for as many as fit.")
     if not request.settings.bounces >= 1:
         raise DappleError(f"{request.settings.bounces} bounces let no light through; set 1 or more, such as 6.")
     if not 0 <= request.settings.reuse < 1:
@@ -204,27 +105,20 @@ def _check(request):
         raise DappleError(f"An Abbe number of {abbe:g} is impossible; set 0 for no dispersion, or 55.7 for water.")
 
 
-def _check_maps(names, resolution):
-    """Raise DappleError for maps of these names that cannot all be kept."""
-    if len(names) * resolution**2 > MOST_RESOLUTION**2:
-        most = int(MOST_RESOLUTION / len(names) ** 0.5)
-        raise DappleError(f"{len(names)} maps of {resolution} texels do not fit into memory; set {most} at most.")
-    folders = {}
-    for name in names:
-        other = folders.setdefault(folder_name(name).casefold(), name)
-        if other != name:
-            raise DappleError(f"Receivers '{other}' and '{name}' would share a folder on some systems; rename one.")
-
-
 def _volume(chosen):
     """The Bounds that the scene's settings hold, None where there are none."""
     return Bounds(chosen.volume.name, tuple(sorted(chosen.culling))) if chosen.volume else None
 
 
-def _frames(scene):
-    """The scene's range of frames, or the bake's own."""
+def _range(scene):
+    """First and last frame of the scene's range, or the bake's own."""
     holder = scene if scene.dapple.use_scene_range else scene.dapple
-    first, last = holder.frame_start, holder.frame_end
+    return holder.frame_start, holder.frame_end
+
+
+def _frames(scene):
+    """The frames of the range."""
+    first, last = _range(scene)
     if last < first:
         raise DappleError(f"The frame range is empty: it starts at {first} and ends at {last}; set the end later.")
     return tuple(range(first, last + 1))

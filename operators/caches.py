@@ -29,6 +29,11 @@ class Player:
         scene.frame_set(number)
         self._at = number
 
+    @staticmethod
+    def plays(scene):
+        """Whether frames between have to be played to come to one."""
+        return any(True for _ in _starts(scene))
+
 
 def _starts(scene):
     """The first frames of all simulations of a scene that are not baked."""

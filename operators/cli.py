@@ -37,7 +37,8 @@ def _bake(words):
     request = request_from_scene(bpy.context.scene, words.water, words.receivers, words.frames, words.out)
     given = {key: getattr(words, key) for key in _SETTINGS}
     settings = replace(request.settings, **{key: value for key, value in given.items() if value is not None})
-    request = replace(request, settings=settings, full=request.full or words.full_float)
+    workers = request.workers if words.workers is None else words.workers
+    request = replace(request, settings=settings, full=request.full or words.full_float, workers=workers)
     said, maps = set(), []
     for progress in bake(bpy.context, request):
         print(f"[{progress.done}/{progress.total}] {progress.message}", flush=True)
@@ -73,6 +74,7 @@ def _parser():
     words.add_argument("--bounces", type=int, help="surfaces that bend or mirror light on its way, at most")
     words.add_argument("--reuse", type=float, help="share of its light that a texel keeps from frame to frame; 0: none")
     words.add_argument("--full-float", action="store_true", help="32-bit maps; default: the scene's, or half floats")
+    words.add_argument("--workers", type=int, help="frames solved at once; 0: as cores and memory allow")
     words.add_argument("--out", help="folder of the maps and of bake.json; default: the scene's, //caustics")
     words.add_argument("--water", type=_names, metavar="OBJECT,...", help="default: the scene's")
     words.add_argument("--receivers", type=_names, metavar="OBJECT,...", help="default: the scene's")

@@ -1,5 +1,8 @@
 """The two bake buttons: one iterator, run to its end by scripts and step by step by the interface.
 
+Other processes solve, so that the interface stays free for all but the reading of a frame. What is edited meanwhile
+counts for the frames that are not read yet; the next bake mends the others, and only those.
+
 Receivers that show their maps show rough ones of a single frame while it is being solved: these lie in a folder of
 their own, so that whatever happens the maps on disk are whole and good.
 """
@@ -14,22 +17,15 @@ import bpy
 
 from . import live
 from .attach import refresh
-from .bake import Preview, bake, request_from_scene
+from .bake import bake, request_from_scene
 from .choose import can_choose, choose, flagged_receivers, wants_choice
 from .errors import DappleError
 from .ops_choose import DAPPLE_OT_choose
+from .progress import Preview, Waiting, clock
 from .receivers import can_receive
 
-# What may reach the viewport while a bake runs. All else is swallowed: an edit or an undo would pull the scene from
-# under the bake, and a button that the mouse comes to rest on would stay grey when the bake is over.
-NAVIGATION = {
-    "MIDDLEMOUSE",
-    "WHEELUPMOUSE",
-    "WHEELDOWNMOUSE",
-    "TRACKPADPAN",
-    "TRACKPADZOOM",
-    "NDOF_MOTION",
-}
+_TICK = 0.02  # s between looks at what the workers have said
+_STOP_HELP = "Esc stops and keeps the finished frames"
 
 
 def why_not(scene) -> str:
@@ -88,7 +84,7 @@ class _Bake:
         # In the background no timer fires.
         return self.execute(context) if bpy.app.background else self._start(context)
 
-    def _begin(self, context, folder=None):
+    def _begin(self, context, folder=None, wait=None):
         self._last, self._warnings, self._rough = None, {}, False
         live.stop(context)
         if wants_choice(context.scene):
@@ -97,42 +93,35 @@ class _Bake:
             if bpy.ops.ed.undo_push.poll():
                 bpy.ops.ed.undo_push(message=DAPPLE_OT_choose.bl_label)
         self._request = self.request(context.scene)
-        self._steps = bake(context, self._request, folder)
+        self._steps = bake(context, self._request, folder, wait)
 
     def _start(self, context):
         self._folder = tempfile.TemporaryDirectory(prefix="dapple-")
         try:
-            self._begin(context, Path(self._folder.name) if self.previews else None)
+            self._begin(context, Path(self._folder.name) if self.previews else None, wait=0)
         except DappleError as error:
             self._folder.cleanup()
             return self._fail(error)
         manager = context.window_manager
-        self._timer = manager.event_timer_add(0.01, window=context.window)
+        self._timer = manager.event_timer_add(_TICK, window=context.window)
         manager.progress_begin(0, 1)
         manager.modal_handler_add(self)
-        context.workspace.status_text_set("Dapple: baking. Esc stops and keeps the finished frames")
+        manager.dapple.begin()
+        context.workspace.status_text_set(f"Dapple: baking. {_STOP_HELP}")
         return {"RUNNING_MODAL"}
 
     def modal(self, context, event):
-        if event.type == "ESC":
+        if event.type == "ESC" or context.window_manager.dapple.stop:
             self.cancel(context)
             self._show()
             done = self._last.done if self._last else 0
             self.report({"WARNING"}, f"Stopped: {done} finished frame(s) are kept")
             return {"CANCELLED"}
-        if event.type == "TIMER":
-            return self._step(context)
-        return {"PASS_THROUGH"} if event.type in NAVIGATION else {"RUNNING_MODAL"}
+        return self._step(context) if event.type == "TIMER" else {"PASS_THROUGH"}
 
     def _step(self, context):
         try:
-            step = next(self._steps)
-            if isinstance(step, Preview):
-                self._rough = True
-                refresh(self._request.receivers, step.folder)
-                context.workspace.status_text_set("Dapple: a first picture is shown, a better one comes. Esc stops")
-                return {"RUNNING_MODAL"}
-            self._take(step)
+            self._tell(context, next(self._steps))
         except StopIteration:
             self.cancel(context)
             return self._finish()
@@ -142,18 +131,33 @@ class _Bake:
         except BaseException:
             self.cancel(context)
             raise
-        context.window_manager.progress_update(self._last.done / self._last.total)
-        context.workspace.status_text_set(
-            f"Dapple: {self._last.done} of {self._last.total} frames. {self._last.message} "
-            "Esc stops and keeps the finished frames"
-        )
-        return {"RUNNING_MODAL"}
+        return {"PASS_THROUGH"}
+
+    def _tell(self, context, step):
+        """Show in the window what the bake said."""
+        if isinstance(step, Preview):
+            self._rough = True
+            refresh(self._request.receivers, step.folder)
+            text = "a first picture is shown, a better one comes"
+        elif isinstance(step, Waiting):
+            text = f"{step.done} of {step.total} frames; {step.message}"
+            if step.left is not None:
+                text += f"; about {clock(step.left)} left"
+        else:
+            self._take(step)
+            self._show()
+            context.window_manager.progress_update(step.done / step.total)
+            text = step.message.removesuffix(".")
+        part = (self._last.done / self._last.total) if self._last else 0.0
+        if context.window_manager.dapple.tell(part, text):
+            context.workspace.status_text_set(f"Dapple: {text}. {_STOP_HELP}")
 
     def cancel(self, context):
         """Let the iterator clean up behind itself, and give the window back; Blender calls it on quitting too."""
         self._steps.close()
         context.window_manager.event_timer_remove(self._timer)
         context.window_manager.progress_end()
+        context.window_manager.dapple.end()
         context.workspace.status_text_set(None)
         if self._rough:
             with contextlib.suppress(DappleError):  # there may be no better maps to go back to
@@ -181,6 +185,24 @@ class _Bake:
         """Let receivers that show their maps show the new ones."""
         if self._last:
             refresh(self._request.receivers, self._request.out)
+
+
+class DAPPLE_OT_stop(bpy.types.Operator):
+    """Stop the bake that is running, and keep the finished frames"""
+
+    bl_idname = "dapple.stop"
+    bl_label = "Stop Baking"
+
+    @classmethod
+    def poll(cls, context):
+        if not context.window_manager.dapple.running:
+            cls.poll_message_set("No bake is running")
+            return False
+        return True
+
+    def execute(self, context):
+        context.window_manager.dapple.stop = True
+        return {"FINISHED"}
 
 
 class DAPPLE_OT_bake_frame(_Bake, bpy.types.Operator):

@@ -14,11 +14,11 @@ class Shared:
         # Only a bake needs embreex: without this, Blender would load it at every start.
         from ..kernels import methods
 
-        self.topology, self.texels = TopologyCache(), _TexelCache(settings)
+        self.topology, self.texels = TopologyCache(), TexelCache(settings)
         self.sequence = Sequence(methods.solve, settings)
 
 
-class _TexelCache:
+class TexelCache:
     """Texels of each receiver, made anew only where its mesh or UVs changed since the frame before."""
 
     def __init__(self, settings):

@@ -19,8 +19,10 @@ import numpy as np
 
 from .errors import DappleError
 from .exr_encode import encode
+from .turns import clear_up, partial_path
 
 _FORBIDDEN = frozenset('<>:"/\\|?*')
+_GONE = {getattr(errno, name, None) for name in ("ENOENT", "ENODEV", "ENXIO", "ESTALE", "ENOTCONN", "EHOSTDOWN")}
 _DEVICES = frozenset(["CON", "PRN", "AUX", "NUL"] + [f"{port}{n}" for port in ("COM", "LPT") for n in range(1, 10)])
 
 
@@ -45,33 +47,42 @@ def write_exr(path, image, full=False):
 
     Raises DappleError where the disk does not take it, ValueError for another shape and for values that are not finite.
     """
-    content = encode(np.asarray(image), full)
+    write_file(path, encode(np.asarray(image), full))
+
+
+def write_file(path, content):
+    """Write bytes; raises DappleError where the disk does not take them."""
     with _put_in_place(Path(path)) as partial:
         partial.write_bytes(content)
 
 
 def write_json(path, record):
     """Write a dict; arrays become lists, numbers that are not finite null. Raises DappleError as write_exr does."""
-    text = json.dumps(_plain(record), indent=1, allow_nan=False)
-    with _put_in_place(Path(path)) as partial:
-        partial.write_text(text + "\n", encoding="utf-8")
+    write_text(path, json.dumps(plain(record), indent=1, allow_nan=False) + "\n")
+
+
+def write_text(path, text):
+    """Write text in UTF-8; raises DappleError where the disk does not take it."""
+    write_file(path, text.encode())
 
 
 def check_folder(folder):
-    """Make `folder` and raise DappleError if it takes no file: better known before the work than after it."""
+    """Make `folder` and raise DappleError if it takes no file: better known before the work than after it. Clears up
+    what bakes that were killed there left behind."""
     trial = Path(folder) / ".trial"
     try:
         trial.parent.mkdir(parents=True, exist_ok=True)
         trial.touch()
-        trial.unlink()
+        trial.unlink(missing_ok=True)
     except OSError as error:
-        raise DappleError(_sentence(folder, error)) from error
+        raise DappleError(disk_sentence(folder, error)) from error
+    clear_up(folder)
 
 
 @contextlib.contextmanager
 def _put_in_place(path):
     """Give a hidden name beside `path` to write to, and rename it to `path` once it is safely on the disk."""
-    partial = path.with_name(f".{path.stem}.partial{path.suffix}")
+    partial = partial_path(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         yield partial
@@ -79,13 +90,13 @@ def _put_in_place(path):
             os.fsync(written.fileno())
         os.replace(partial, path)
     except OSError as error:
-        raise DappleError(_sentence(path, error)) from error
+        raise DappleError(disk_sentence(path, error)) from error
     finally:
         with contextlib.suppress(OSError):
             partial.unlink()
 
 
-def _sentence(path, error):
+def disk_sentence(path, error):
     """What to tell the user of an OSError at `path`."""
     if error.errno in (errno.ENOSPC, errno.EDQUOT):
         why = "no space left on the disk; free some space or choose another folder"
@@ -95,19 +106,21 @@ def _sentence(path, error):
         why = "writing is not allowed there; change the folder's permissions or choose another folder"
     elif error.errno in (errno.ENOTDIR, errno.EEXIST):
         why = "a part of this path is a file, not a folder; choose another folder"
+    elif error.errno in _GONE:
+        why = "the drive or folder is not there; connect it, or choose another folder"
     else:
         why = f"{error.strerror or error}; choose another folder"
     return f"Could not write {path}: {why}."
 
 
-def _plain(value):
+def plain(value):
     """What json can hold of dicts, sequences, arrays, paths and numbers."""
     if isinstance(value, dict):
-        return {str(key): _plain(item) for key, item in value.items()}
+        return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, (np.ndarray, np.generic)):
-        return _plain(value.tolist())
+        return plain(value.tolist())
     if isinstance(value, (list, tuple)):
-        return [_plain(item) for item in value]
+        return [plain(item) for item in value]
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return str(value) if isinstance(value, Path) else value

@@ -8,7 +8,10 @@ import numpy as np
 import OpenEXR
 
 import dapple.kernels
+from dapple.kernels.anchor import Anchor
 from dapple.kernels.scene import Diagnostics, Solution
+from dapple.operators import bake
+from dapple.operators.solver import Solver
 
 
 def add_grid(name, z, collection=None, n=4):
@@ -49,9 +52,36 @@ def solve_by_height(scene, texels, settings, kept=None):
     return Solution(images, tuple(np.ones(image.shape[:2], np.uint8) for image in images), diagnostics)
 
 
+class InlinePool:
+    """A Pool without processes, for tests whose solver is their own: it solves when it is given a job."""
+
+    def __init__(self, most):
+        self.most, self._solver, self._said, self.busy = most, Solver(), [], []
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        pass
+
+    @property
+    def has_room(self):
+        return not self.busy
+
+    def give(self, job):
+        self.busy.append(job)
+        self._said += [(job, answer) for answer in self._solver.answers(job)]
+
+    def answers(self, _seconds=None):
+        said, self._said, self.busy = self._said, [], []
+        return said
+
+
 def use_solver(monkeypatch, solve):
-    """Let `solve` answer in the place of the kernels."""
+    """Let `solve` answer in the place of the kernels, in this process."""
+    monkeypatch.setattr(bake, "Pool", InlinePool)
     fake = types.ModuleType("dapple.kernels.methods")
+    fake.prepare = lambda *_: Anchor()
     fake.METHODS, fake.solve = {"photon_splat": None, "conic_walk": None}, solve
     monkeypatch.setitem(sys.modules, fake.__name__, fake)
     monkeypatch.setattr(dapple.kernels, "methods", fake, raising=False)

@@ -11,12 +11,13 @@ bpy = pytest.importorskip("bpy")
 import dapple  # noqa: E402
 from dapple.addon.properties import _is_box  # noqa: E402
 from dapple.operators import ops_attach, ops_bake  # noqa: E402
-from dapple.operators.bake import Preview  # noqa: E402
 from dapple.operators.errors import DappleError  # noqa: E402
+from dapple.operators.progress import Preview, Waiting, clock  # noqa: E402
 
 CLASSES = (
     "DappleSettings",
     "DappleObject",
+    "DappleProgress",
     "DAPPLE_PT_bake",
     "DAPPLE_PT_scene",
     "DAPPLE_PT_casters",
@@ -27,7 +28,7 @@ CLASSES = (
     "DAPPLE_PT_materials",
     "DAPPLE_PT_status",
 )
-OPERATORS = ("bake_frame", "bake_animation", "attach", "detach", "choose", "live_preview", "show_status")
+OPERATORS = ("bake_frame", "bake_animation", "stop", "attach", "detach", "choose", "live_preview", "show_status")
 
 
 def presence():
@@ -100,6 +101,9 @@ class Layout:
         assert icon in bpy.types.UILayout.bl_rna.functions["prop"].parameters["icon"].enum_items
         self.seen.append((bpy.ops.dapple.__getattr__(idname.removeprefix("dapple.")).get_rna_type().name, self.enabled))
 
+    def progress(self, factor, text):
+        assert 0 <= factor <= 1 and text
+
     def column(self, align=False, heading="", factor=0.0):
         return Layout(self.seen)
 
@@ -108,7 +112,7 @@ class Layout:
 
 def drawn():
     seen = []
-    for name in CLASSES[2:]:
+    for name in CLASSES[3:]:
         panel = bpy.types.Panel.bl_rna_get_subclass_py(name)
         assert panel.bl_category == "Dapple"
         panel.draw(Drawn(panel, seen), bpy.context)
@@ -234,7 +238,7 @@ class Progress:
 def fake_bake(log, fails_at=None):
     """A stand-in for the bake that writes down what happens to it."""
 
-    def bake(_context, request, previews=None):
+    def bake(_context, request, previews=None, wait=None):
         try:
             if previews:
                 yield Preview(request.frames[0], previews)
@@ -272,6 +276,22 @@ def test_an_error_is_reported_as_its_sentence(ready, monkeypatch):
         bpy.ops.dapple.bake_animation()
 
 
+class Told:
+    """Stands in for the window manager's own settings."""
+
+    running = stop = False
+
+    def begin(self):
+        self.running = True
+
+    def tell(self, part, text):
+        self.part, self.text = part, text
+        return True
+
+    def end(self):
+        self.running = False
+
+
 class Manager:
     """Stands in for the window manager and the workspace: remembers what is still on."""
 
@@ -279,6 +299,7 @@ class Manager:
         self.on = set()
         self.shown = []
         self.windows = ()
+        self.dapple = Told()
 
     def event_timer_add(self, _seconds, window):
         self.on.add("timer")
@@ -333,16 +354,33 @@ def event(kind):
     return SimpleNamespace(type=kind)
 
 
-def test_the_window_bakes_one_frame_a_tick(monkeypatch):
+def test_the_window_takes_what_is_done_at_each_tick_and_shows_it(monkeypatch):
     button, context, log = press(monkeypatch)
+    assert context.window_manager.dapple.running
     for frame in (2, 3, 4):
-        assert button.modal(context, event("TIMER")) == {"RUNNING_MODAL"}
-        assert log[-1] == frame
+        assert button.modal(context, event("TIMER")) == {"PASS_THROUGH"}
+        assert log[-2:] == [frame, (("Floor",), "maps")]
     assert button.modal(context, event("TIMER")) == {"FINISHED"}
     assert log[-2:] == ["closed", (("Floor",), "maps")]
     assert context.window_manager.shown == pytest.approx([1 / 3, 2 / 3, 1])
     assert context.window_manager.on == set()
+    assert not context.window_manager.dapple.running
     assert button.reports == [("INFO", "Frame 4."), ("WARNING", "The water is a lake.")]
+
+
+def test_while_workers_work_the_window_says_what_they_are_at(monkeypatch):
+    button, context, _ = press(monkeypatch)
+    button.modal(context, event("TIMER"))
+    button._steps = iter([Waiting(1, 3, "frame 3: light", 75.0)])
+    assert button.modal(context, event("TIMER")) == {"PASS_THROUGH"}
+    told = context.window_manager.dapple
+    assert told.part == pytest.approx(1 / 3)
+    assert told.text == "1 of 3 frames; frame 3: light; about 1:15 min left"
+
+
+@pytest.mark.parametrize(("seconds", "text"), [(8.4, "8 s"), (60, "1:00 min"), (3599.7, "1:00 h"), (7380, "2:03 h")])
+def test_time_that_is_left_reads_as_people_say_it(seconds, text):
+    assert clock(seconds) == text
 
 
 def test_a_first_picture_shows_from_a_folder_of_its_own_that_goes_again(monkeypatch):
@@ -355,7 +393,7 @@ def test_a_first_picture_shows_from_a_folder_of_its_own_that_goes_again(monkeypa
     assert context.window_manager.shown == []
     button.modal(context, event("TIMER"))
     assert button.modal(context, event("ESC")) == {"CANCELLED"}
-    assert log[1:3] == [2, "closed"]
+    assert log[1:4] == [2, (("Floor",), "maps"), "closed"]
     assert log[-1] == (("Floor",), "maps")
     assert not folder.exists()
 
@@ -376,11 +414,13 @@ def test_escape_before_the_first_frame_changes_nothing(monkeypatch):
     assert context.window_manager.on == set()
 
 
-def test_escape_closes_the_bake_and_keeps_what_is_done(monkeypatch):
+@pytest.mark.parametrize("how", ["Esc", "the button"])
+def test_stopping_closes_the_bake_and_keeps_what_is_done(monkeypatch, how):
     button, context, log = press(monkeypatch)
     button.modal(context, event("TIMER"))
-    assert button.modal(context, event("ESC")) == {"CANCELLED"}
-    assert log == [2, "closed", (("Floor",), "maps")]
+    context.window_manager.dapple.stop = how == "the button"
+    assert button.modal(context, event("ESC" if how == "Esc" else "TIMER")) == {"CANCELLED"}
+    assert log == [2, (("Floor",), "maps"), "closed", (("Floor",), "maps")]
     assert context.window_manager.on == set()
     assert button.reports == [("WARNING", "Stopped: 1 finished frame(s) are kept")]
 
@@ -389,17 +429,32 @@ def test_an_error_in_a_frame_gives_the_window_back(monkeypatch):
     button, context, log = press(monkeypatch, fails_at=3)
     button.modal(context, event("TIMER"))
     assert button.modal(context, event("TIMER")) == {"CANCELLED"}
-    assert log == [2, "closed", (("Floor",), "maps")]
+    assert log[-2:] == ["closed", (("Floor",), "maps")]
     assert context.window_manager.on == set()
     assert button.reports == [("ERROR", "Object 'Water' is empty.")]
 
 
-def test_edits_are_held_back_and_the_view_is_not(monkeypatch):
+def test_all_but_escape_reaches_the_interface(monkeypatch):
     button, context, _ = press(monkeypatch)
-    assert button.modal(context, event("Z")) == {"RUNNING_MODAL"}
-    assert button.modal(context, event("WHEELUPMOUSE")) == {"PASS_THROUGH"}
-    # A grey button that the mouse rests on stays grey after the bake.
-    assert button.modal(context, event("MOUSEMOVE")) == {"RUNNING_MODAL"}
+    for kind in ("Z", "LEFTMOUSE", "MOUSEMOVE", "WHEELUPMOUSE"):
+        assert button.modal(context, event(kind)) == {"PASS_THROUGH"}
+
+
+def test_the_stop_button_is_greyed_until_there_is_something_to_stop(empty_scene):
+    told = bpy.context.window_manager.dapple
+    assert not bpy.ops.dapple.stop.poll()
+    told.begin()
+    assert bpy.ops.dapple.stop() == {"FINISHED"}
+    assert told.stop
+    told.end()
+    assert not (told.running or told.stop)
+
+
+def test_the_panel_shows_the_bake_that_runs(empty_scene):
+    assert "Stop Baking" not in dict(drawn())
+    bpy.context.window_manager.dapple.begin()
+    assert "Stop Baking" in dict(drawn())
+    bpy.context.window_manager.dapple.end()
 
 
 def test_what_attaching_warns_of_is_said_last(ready, monkeypatch):

@@ -131,7 +131,11 @@ def test_write_cut_short_leaves_the_old_file(tmp_path):
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full here")
 def test_full_disk_is_called_so(tmp_path, monkeypatch):
-    monkeypatch.setattr(Path, "write_text", lambda path, text, encoding: Path("/dev/full").write_bytes(text.encode()))
+    def write(_path, content):
+        with Path("/dev/full").open("wb", 0) as full:
+            full.write(content)
+
+    monkeypatch.setattr(Path, "write_bytes", write)
     with pytest.raises(DappleError, match="no space left on the disk; free some space or choose another folder"):
         write_json(tmp_path / "bake.json", {"a": 1})
     assert not list(tmp_path.iterdir())

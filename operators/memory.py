@@ -1,0 +1,71 @@
+"""How many workers a bake gets, and how much memory each takes."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+# Measured by tests/bench/bench_workers.py: bytes of a worker without a frame, for each texel, and for each triangle.
+_BASE, _TEXEL, _TRIANGLE = 60e6, 250.0, 500.0
+_FINER = 58.0  # triangles of the smooth water, times the square root of texels of one map over tolerance
+_SHARE = 0.8  # of the memory that is free
+
+
+def memory_per_worker(triangles, maps, settings):
+    """About how many bytes a worker takes at its peak, for water and casters of so many triangles and so many maps.
+
+    The smooth water gets as many triangles as texels and tolerance ask for. Light is summed in blocks, which take the
+    same for all.
+    """
+    texels = settings.resolution**2
+    finer = _FINER * (texels / settings.tolerance) ** 0.5 if settings.surface == "auto" else 0.0
+    return _BASE + _TEXEL * texels * maps + _TRIANGLE * max(triangles, finer)
+
+
+def count_workers(wanted, frames, each):
+    """How many workers to start at most for so many frames: `wanted`, or where that is 0, one for each core as far as
+    `each` bytes for each fit into the memory that is free."""
+    fit = max(1, int(_SHARE * free_memory() // each))
+    return max(1, min(frames, wanted or min(cores(), fit)))
+
+
+def cores():
+    """How many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def free_memory():
+    """Bytes of memory that processes can have without swapping; all of the machine's, where the system does not say."""
+    if sys.platform == "win32":
+        return _free_on_windows()
+    try:
+        lines = Path("/proc/meminfo").read_text().splitlines()
+        (line,) = (line for line in lines if line.startswith("MemAvailable:"))
+        return min(1024 * int(line.split()[1]), _left_in_group())
+    except (OSError, ValueError):
+        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+
+
+def _left_in_group():
+    """Bytes that are left to a container, whose limit /proc/meminfo does not know; more than there is without one."""
+    group = Path("/sys/fs/cgroup")
+    try:
+        return int((group / "memory.max").read_text()) - int((group / "memory.current").read_text())
+    except (OSError, ValueError):
+        return sys.maxsize
+
+
+def _free_on_windows():
+    import ctypes
+
+    class Status(ctypes.Structure):
+        _fields_ = [("length", ctypes.c_ulong), ("load", ctypes.c_ulong)] + [
+            (name, ctypes.c_ulonglong)
+            for name in ("total", "free", "total_page", "free_page", "total_virtual", "free_virtual", "extended")
+        ]
+
+    status = Status()
+    status.length = ctypes.sizeof(status)
+    ctypes.windll.kernel32.GlobalMemoryStatusEx(ctypes.byref(status))
+    return status.free
