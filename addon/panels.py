@@ -123,7 +123,8 @@ class DAPPLE_PT_output(Sidebar, bpy.types.Panel):
         layout.prop(settings, "depth")
         layout.prop(settings, "workers")
         workers, each = forecast(context.scene, context.view_layer)
-        layout.label(text=f"{workers} at once, about {each / 1e9:.2g} GB each", icon="MEMORY", translate=False)
+        status = f"{workers} at once, about {each / 1e9:.2g} GB each"
+        layout.label(text=status, icon="MEMORY", translate=False)
 
 
 class DAPPLE_PT_margin(Sidebar, bpy.types.Panel):
@@ -170,6 +171,7 @@ def _draw_map(layout, settings, active):
 def _draw_progress(layout, context):
     """How far the running bake is, what its workers are at, and a button that stops it."""
     bake = context.window_manager.dapple
-    layout.progress(factor=bake.part, text=f"{bake.part:.0%}")
+    status = f"{bake.part:.0%}"
+    layout.progress(factor=bake.part, text=status, translate=False)
     wrapped(layout, context, bake.text)
     layout.operator("dapple.stop", icon="CANCEL")

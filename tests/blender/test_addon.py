@@ -101,7 +101,7 @@ class Layout:
         assert icon in bpy.types.UILayout.bl_rna.functions["prop"].parameters["icon"].enum_items
         self.seen.append((bpy.ops.dapple.__getattr__(idname.removeprefix("dapple.")).get_rna_type().name, self.enabled))
 
-    def progress(self, factor, text):
+    def progress(self, factor, text, translate=True):
         assert 0 <= factor <= 1 and text
 
     def column(self, align=False, heading="", factor=0.0):
