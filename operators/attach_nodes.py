@@ -35,8 +35,16 @@ class Sequence:
 
 
 def add(tree: bpy.types.NodeTree, sequence: Sequence, uv_map: str) -> bool:
-    """Add the light of `sequence` to the surface of `tree`; False if its albedo was not found and white stands in."""
-    output = tree.get_output_node("EEVEE") or _new(tree, "ShaderNodeOutputMaterial", None, (0, 0), "Output")
+    """Add the light of `sequence` to the surface of `tree`, for EEVEE and for Cycles where each has an output of its
+    own; False if an albedo was not found and white stands in."""
+    outputs = dict.fromkeys(filter(None, (tree.get_output_node(engine) for engine in ("EEVEE", "CYCLES"))))
+    outputs = outputs or {_new(tree, "ShaderNodeOutputMaterial", None, (0, 0), "Output"): None}
+    found = [_add(tree, output, sequence, uv_map) for output in outputs]
+    return all(found)
+
+
+def _add(tree, output, sequence, uv_map):
+    """Add the light to what one output shows; whether its albedo was found."""
     frame = tree.nodes.new("NodeFrame")
     frame.name, frame.label, frame[TAG] = "Dapple", "Dapple", True
     x, y = output.location

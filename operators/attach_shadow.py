@@ -1,6 +1,10 @@
-"""The shadow of water, glass and mirrors in EEVEE: it must be whole, or the sun lights the receivers beside the map.
+"""Water, glass and mirrors while maps are shown: no light but the maps' may come through them to the receivers.
 
-The former values stay with the object and the material, under SHADOW, until `restore`.
+Their shadow must be whole, or the sun lights the receivers beside the map. And in Cycles the rays that a diffuse
+surface sends out must not meet them: bent towards the sun, they would find the caustics a second time, with noise. Past
+them they find the sky as it is; a ray that meets the sun itself counts next to nothing, since lamps are sampled too.
+
+The former values stay with the object and the material, under SHADOW and DIFFUSE, until `restore`.
 """
 
 from __future__ import annotations
@@ -10,6 +14,7 @@ import bpy
 from .find import can_be_water, shows_collection
 
 SHADOW = "dapple_shadow"
+DIFFUSE = "dapple_diffuse"
 
 
 def shown_by(obj: bpy.types.Object) -> list[bpy.types.Object]:
@@ -20,11 +25,11 @@ def shown_by(obj: bpy.types.Object) -> list[bpy.types.Object]:
 
 
 def make_opaque(caster: bpy.types.Object) -> None:
-    """Let `caster` cast a full shadow in EEVEE, whatever its materials let through."""
+    """Let `caster` cast a full shadow, whatever its materials let through, and be passed by Cycles' diffuse rays."""
     if not caster.library:
         if SHADOW not in caster:
-            caster[SHADOW] = caster.visible_shadow
-        caster.visible_shadow = True
+            caster[SHADOW], caster[DIFFUSE] = caster.visible_shadow, caster.visible_diffuse
+        caster.visible_shadow, caster.visible_diffuse = True, False
     for material in {slot.material for slot in caster.material_slots} - {None}:
         if material.library:
             continue
@@ -38,8 +43,10 @@ def restore() -> None:
     """Put back what `make_opaque` changed, in the whole file."""
     for obj in bpy.data.objects:
         if SHADOW in obj:
-            obj.visible_shadow = obj[SHADOW]
+            obj.visible_shadow, obj.visible_diffuse = bool(obj[SHADOW]), bool(obj.get(DIFFUSE, True))
             del obj[SHADOW]
+            if DIFFUSE in obj:
+                del obj[DIFFUSE]
     for material in bpy.data.materials:
         if SHADOW in material:
             material.use_transparent_shadow, material.use_backface_culling_shadow = map(bool, material[SHADOW])

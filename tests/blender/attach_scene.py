@@ -64,6 +64,18 @@ def mixed():
     return material
 
 
+def two_outputs():
+    """EEVEE shows a Principled of the usual colour, Cycles a Diffuse of another, each by an output of its own."""
+    material = principled()
+    nodes, links = material.node_tree.nodes, material.node_tree.links
+    material.node_tree.get_output_node("EEVEE").target = "EEVEE"
+    output, diffuse = nodes.new("ShaderNodeOutputMaterial"), nodes.new("ShaderNodeBsdfDiffuse")
+    output.target = "CYCLES"
+    diffuse.inputs["Color"].default_value = (0.5, 0.5, 0.5, 1.0)
+    links.new(diffuse.outputs[0], output.inputs["Surface"])
+    return material
+
+
 def without_surface():
     material = principled()
     material.node_tree.nodes.remove(shader(material))
@@ -125,7 +137,12 @@ def state():
     return (
         {m.name: (dump(m.node_tree), sorted(m.keys()), m.use_transparent_shadow) for m in bpy.data.materials},
         {
-            o.name: ([(s.link, plain(s.material)) for s in o.material_slots], sorted(o.keys()), o.visible_shadow)
+            o.name: (
+                [(s.link, plain(s.material)) for s in o.material_slots],
+                sorted(o.keys()),
+                o.visible_shadow,
+                o.visible_diffuse,
+            )
             for o in bpy.data.objects
         },
         {m.name: [plain(x) for x in m.materials] for m in bpy.data.meshes},

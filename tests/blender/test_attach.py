@@ -17,10 +17,11 @@ from dapple.tests.blender.attach_scene import (  # noqa: E402
     state,
     surface_of,
     textured,
+    two_outputs,
     without_surface,
 )
 
-MATERIALS = [principled, textured, glowing, mixed, without_surface]
+MATERIALS = [principled, textured, glowing, mixed, two_outputs, without_surface]
 
 
 @pytest.mark.parametrize("make", MATERIALS)
@@ -62,6 +63,16 @@ def test_albedo_is_the_value_of_the_shader(make, out):
     attach(bpy.context, ["Floor"], out)
     product = material.node_tree.nodes["Dapple Albedo x Irradiance"]
     assert tuple(product.inputs[0].default_value) == pytest.approx((0.2, 0.4, 0.6))
+
+
+def test_an_output_for_each_engine_takes_the_light_of_its_own_albedo(out):
+    material = two_outputs()
+    plane("Floor", material)
+    assert attach(bpy.context, ["Floor"], out) == []
+    for engine, albedo in (("EEVEE", (0.2, 0.4, 0.6)), ("CYCLES", (0.5, 0.5, 0.5))):
+        total = material.node_tree.get_output_node(engine).inputs["Surface"].links[0].from_node
+        product = total.inputs[1].links[0].from_node.inputs["Color"].links[0].from_node
+        assert tuple(product.inputs[0].default_value) == pytest.approx(albedo)
 
 
 def test_metal_takes_no_light(out):
