@@ -66,7 +66,8 @@ def show_images(context, receiver_names, images, caster_names) -> list[bpy.types
         for tree in _trees(obj):
             attach_nodes.update(tree, sequence)
     for name in caster_names if new else ():
-        attach_shadow.make_opaque(_object(name))
+        for caster in attach_shadow.shown_by(_named(name)):
+            attach_shadow.make_opaque(caster)
     return new
 
 

@@ -20,6 +20,8 @@ Switched off, before saving and before rendering, the maps on disk are shown aga
     @classmethod
     def poll(cls, context):
         reason = "" if live.is_on() else why_not(context.scene)
+        if context.window_manager.dapple.running:
+            reason = "A bake is running: stop it first"
         if reason:
             cls.poll_message_set(reason)
         return not reason
