@@ -50,6 +50,9 @@ class Pool:
 
     def give(self, job):
         """Hand a Job to a worker that has none. Raises DappleError where no process can be started."""
+        for worker in [w for w in self._workers if w.job is None and w.has_ended]:
+            self._workers.remove(worker)
+            worker.kill()
         idle = next((worker for worker in self._workers if worker.job is None), None)
         if idle is None:
             idle = _Worker()
@@ -97,6 +100,10 @@ class _Worker:
             theirs.close()
             their_answers.close()
         self._send({"name": __package__.rpartition(".")[0], "root": str(_ROOT), "path": [str(p) for p in sys.path]})
+
+    @property
+    def has_ended(self):
+        return self._process.poll() is not None
 
     def give(self, job):
         self.job = job

@@ -174,8 +174,8 @@ class Run:
         else:
             frame = self._given.pop(number)
             self._stages.pop(number, None)
-            self._hand_out()  # first: the worker need not wait for the disk
             if isinstance(answer, Solved):
+                self._hand_out()  # first: the worker need not wait for the disk
                 yield from self._finish(frame, answer)
             elif isinstance(answer, Died) and number not in self._tried and not self._request.settings.reuse:
                 self._tried.add(number)
