@@ -85,8 +85,8 @@ def session(leader):
 def kill_often(blend, out, workers, frames, kills, seed):
     """Kill a bake so many times at random moments and then let it end; yields a sentence on each."""
     draw = random.Random(seed)
-    for k, done in enumerate(sorted(draw.randrange(frames) for _ in range(kills))):
-        delay, group = draw.uniform(0, 0.5 if done else 2.0), k % 2 == 0
+    for k, done in enumerate(sorted(draw.randrange(3 * frames // 4) for _ in range(kills))):
+        delay, group = draw.uniform(0, 0.15 if done else 2.0), k % 2 == 0
         found = kill_at(blend, out, workers, done, delay, group)
         yield f"killed {'all processes' if group else 'the main process'} {delay:.2f} s after {found} frames were done"
     said = bake_whole(blend, out, workers)
