@@ -18,6 +18,12 @@ METHODS = (
         "bake.json says how much light the waves would have moved",
     ),
     (
+        "caustic_map",
+        "Caustic Map",
+        "Splat the light as points, as games do: soft lines, no finer than the points. For glass it takes two surfaces "
+        "and guesses the second, quickly. Light Sheet is sharper, and for water quicker as well",
+    ),
+    (
         "photon_splat",
         "Light Sheet",
         "Follow the light from the water down and share every beam among the texels that it covers. "

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from .anchor import Anchor, Kept
+from .caustic_map import caustic_map
 from .dispersion import etas, solve_channels
 from .flat import flat
 from .rays import SLOW
@@ -18,10 +19,15 @@ from .surface.reconstruct import Need, prepared
 from .terms import left_in
 from .walk import conic_walk
 
-METHODS = {"flat": flat.solve, "photon_splat": photon_splat.solve, "conic_walk": conic_walk.solve}
+METHODS = {
+    "flat": flat.solve,
+    "caustic_map": caustic_map.solve,
+    "photon_splat": photon_splat.solve,
+    "conic_walk": conic_walk.solve,
+}
 AUTO = "photon_splat"  # the one that finds all the light
 _LEVEL = ("flat",)  # methods that the shape of the waves is nothing to
-_OVER_CASTERS = ("photon_splat",)
+_OVER_CASTERS = ("photon_splat", "caustic_map")
 _SURFACE = 0.7  # of the tolerance, at most: its parts cost most, and half the error takes 1.4 times as many
 
 

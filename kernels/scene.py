@@ -156,7 +156,8 @@ class Settings:
     own, 0 for one index for all colours, see `dispersion.py`; match_cycles: divide the images by eta^2, as Cycles shows
     what lies under water; bounces: at how many surfaces light is bent or mirrored, at most, on its way over casters;
     reuse: what share of its light a texel keeps from frame to frame, see `reuse.py`; without: names of the physical
-    terms to leave out, see `terms.py`."""
+    terms to leave out, see `terms.py`; iterations and grid: of `caustic_map`, how often a landing point is looked up
+    again, and points along the water in the light's view, 0 for as many as the tolerance asks for."""
 
     method: str = "auto"
     tolerance: float = 0.01
@@ -171,6 +172,8 @@ class Settings:
     bounces: int = 6
     reuse: float = 0.0
     without: tuple[str, ...] = ()
+    iterations: int = 2
+    grid: int = 0
 
 
 @dataclass
