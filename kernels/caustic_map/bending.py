@@ -17,9 +17,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..casters import Glass
 from ..optics import dot
 from ..rays import MISS
-from ..scene import Glass
 from ..trace.interface import fresnel, reflected, refracted, schlick
 
 _TINY = np.finfo(float).tiny

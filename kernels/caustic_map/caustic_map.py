@@ -15,7 +15,8 @@ import time
 
 import numpy as np
 
-from ..scene import Diagnostics, Glass, Sun
+from ..casters import Glass
+from ..scene import Diagnostics, Sun
 from ..solution import answer, book, check_texels
 from ..status import Status
 from .estimate import estimate, newton, start

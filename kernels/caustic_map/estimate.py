@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import numpy as np
 
-_STEP = 0.05  # of the distance, over which Newton's slope is taken
+_STEP = 1e-3  # of the distance, over which Newton's slope is taken: over more, it is wrong next to the root
 _TINY = np.finfo(float).tiny
 
 

@@ -15,7 +15,7 @@ from .meshes import Shaded, Solids
 from .positions import Positions
 from .view import Raster, View
 
-_FRAME = {False: 1.0, True: 4.0}  # of the thing's own size: how far beyond it receivers are looked at; mirrored: True
+_FRAME = {False: 1.0, True: 8.0}  # of the thing's own size: how far beyond it receivers are looked at; mirrored: True
 _EPS = 1e-9
 
 
@@ -34,7 +34,7 @@ class Thing:
         around = self.view.bounds(np.concatenate(corners[1:], 1))
         if self._bounds is not None and around is not None:
             low, high = self._bounds
-            margin = {mirrored: part * (high - low) for mirrored, part in _FRAME.items()}
+            margin = {mirrored: part * (high - low).max() for mirrored, part in _FRAME.items()}
             self._frame = {
                 k: (np.maximum(around[0], low - m), np.minimum(around[1], high + m)) for k, m in margin.items()
             }

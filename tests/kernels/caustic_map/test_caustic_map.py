@@ -7,6 +7,7 @@ import pytest
 from casters import GLASS, SILVER, ball, no_water, slab
 from waves import five_sines, flat, floor, grid, pool, quad, sun, turned
 
+from dapple.kernels.casters import Glass
 from dapple.kernels.caustic_map.bending import Backs, Seen, from_casters
 from dapple.kernels.caustic_map.estimate import estimate, newton, start
 from dapple.kernels.caustic_map.gaussian import splat
@@ -15,7 +16,7 @@ from dapple.kernels.caustic_map.positions import Positions
 from dapple.kernels.caustic_map.view import Raster, View
 from dapple.kernels.maps.texels import rasterise
 from dapple.kernels.methods import solve
-from dapple.kernels.scene import Glass, Point, Receiver, Scene, Settings
+from dapple.kernels.scene import Point, Receiver, Scene, Settings
 
 LAMP = Point("Lamp", np.array([0.3, 0.2, 3.5]), np.array([9.0, 8.0, 7.0]))
 WALL = turned(quad("Wall", [[2, -2, 0.2], [2, 2, 0.2], [2, 2, 3.0], [2, -2, 3.0]]))
@@ -110,10 +111,10 @@ def test_over_still_water_it_is_still_water(changes):
 def test_mirrored_light_is_that_of_still_water_too():
     scene = pool(flat, quads=8, receivers=[WALL], side=12.0)
     answer, true = (solved(scene, method, **words) for method, words in (("caustic_map", {"grid": 384}), ("flat", {})))
-    above = slice(34, 62)
-    for image in (answer.images[0][above, 8:-8, 0],):
-        np.testing.assert_allclose(image.mean(), true.images[0][above, 8:-8, 0].mean(), rtol=2e-2)
-        assert image.std() < 0.3 * image.mean()
+    image, wanted = (s.images[0][34:62, 8:-8, 0] for s in (answer, true))
+    np.testing.assert_allclose(image.mean(), wanted.mean(), rtol=2e-2)
+    rows = image.reshape(7, 4, -1).mean((1, 2))  # splats lie apart along the wall, which the light grazes
+    np.testing.assert_allclose(rows, wanted.mean(), rtol=0.15)
 
 
 @pytest.mark.parametrize("changes", [{}, {"lights": (LAMP,)}, {"receivers": [bed()]}], ids=["sun", "lamp", "uneven"])
