@@ -147,6 +147,7 @@ class DAPPLE_PT_materials(Sidebar, bpy.types.Panel):
         buttons = self.layout.column(align=True)
         buttons.operator("dapple.attach", icon="LINKED")
         buttons.operator("dapple.detach", icon="UNLINKED")
+        self.layout.operator("dapple.export", icon="EXPORT")
 
 
 def wrapped(layout, context, text, icon="NONE"):

@@ -8,6 +8,7 @@ from ..operators import live
 from ..operators.ops_attach import DAPPLE_OT_attach, DAPPLE_OT_detach
 from ..operators.ops_bake import DAPPLE_OT_bake_animation, DAPPLE_OT_bake_frame, DAPPLE_OT_stop
 from ..operators.ops_choose import DAPPLE_OT_choose
+from ..operators.ops_export import DAPPLE_OT_export
 from ..operators.ops_live import DAPPLE_OT_live_preview
 from ..operators.ops_overlay import DAPPLE_OT_show_status
 from . import panel_status, panels
@@ -26,6 +27,7 @@ CLASSES = (
     DAPPLE_OT_choose,
     DAPPLE_OT_live_preview,
     DAPPLE_OT_show_status,
+    DAPPLE_OT_export,
     panels.DAPPLE_PT_bake,
     panels.DAPPLE_PT_scene,
     panels.DAPPLE_PT_casters,

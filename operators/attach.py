@@ -6,6 +6,7 @@ found by its tags rather than by references, which an undo would break.
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 
@@ -142,13 +143,29 @@ def _find_maps(receiver, out_dir):
 
 
 def _maps_in(folder):
-    """The maps in a folder: frame -> file."""
-    named = ((re.fullmatch(r"caustics_(\d+)\.exr", path.name), path) for path in sorted(folder.glob("caustics_*.exr")))
-    return {int(match[1]): path for match, path in named if match}
+    """The maps in a folder: frame -> file. OpenEXR as they are baked, else PNG as they are exported."""
+    for ending in ("exr", "png"):
+        found = sorted(folder.glob(f"caustics_*.{ending}"))
+        named = ((re.fullmatch(rf"caustics_(\d+)\.{ending}", path.name), path) for path in found)
+        if files := {int(match[1]): path for match, path in named if match}:
+            return files
+    return {}
+
+
+def _scale(path):
+    """The irradiance that a value of 1 in a map stands for: of PNG what was written beside them."""
+    if path.suffix != ".png":
+        return 1.0
+    told = path.parent / "sequence.json"
+    try:
+        return float(json.loads(told.read_text(encoding="utf-8"))["value_scale"])
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise DappleError(f"{told} does not tell what the PNG beside it stand for ({error}); export again.") from error
 
 
 def _load(name, files):
     first, last = min(files), max(files)
+    scale = _scale(files[first])
     path = _blend_relative(files[first])
     image = next((image for image in bpy.data.images if image.get(IMAGE) == name), None)
     if image is None:
@@ -158,7 +175,7 @@ def _load(name, files):
     image.filepath = path
     image.source = "SEQUENCE" if len(files) > 1 else "FILE"
     image.colorspace_settings.name = "Non-Color"
-    return attach_nodes.Sequence(image, first, last)
+    return attach_nodes.Sequence(image, first, last, scale)
 
 
 def _remove_unused_images():

@@ -27,11 +27,12 @@ ALBEDO_INPUTS = {
 
 @dataclass(frozen=True)
 class Sequence:
-    """A baked map: the image, its first and last frame."""
+    """A baked map: the image, its first and last frame; scale: the irradiance that its value 1 stands for [W/m^2]."""
 
     image: bpy.types.Image
     first: int
     last: int
+    scale: float = 1.0
 
 
 def add(tree: bpy.types.NodeTree, sequence: Sequence, uv_map: str) -> bool:
@@ -160,7 +161,13 @@ def _map_socket(tree, sequence, uv_map, frame, location):
     uv = _new(tree, "ShaderNodeUVMap", frame, (x - 200, y), "UV Map")
     uv.uv_map = uv_map
     tree.links.new(uv.outputs["UV"], texture.inputs["Vector"])
-    return texture.outputs["Color"]
+    if sequence.scale == 1.0:
+        return texture.outputs["Color"]
+    scaled = _new(tree, "ShaderNodeVectorMath", frame, (x + 150, y - 150), "Scale")
+    scaled.operation = "SCALE"
+    scaled.inputs["Scale"].default_value = sequence.scale
+    tree.links.new(texture.outputs["Color"], scaled.inputs[0])
+    return scaled.outputs[0]
 
 
 def _read(texture, sequence):

@@ -1,4 +1,4 @@
-"""`dapple bake`: the same words for the launcher and for `blender -b SCENE.blend --command dapple bake`."""
+"""`dapple bake` and its like: the same words for the launcher as for `blender -b SCENE.blend --command dapple bake`."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from dataclasses import replace
 import bpy
 
 from ..kernels.scene import SURFACES
+from . import cli_export
 from .bake import bake, request_from_scene
 from .errors import DappleError
 from .exr_file import is_whole
@@ -24,7 +25,7 @@ def main(argv: list[str]) -> int:
     except SystemExit as leaving:  # argparse has said why
         return int(leaving.code or 0)
     try:
-        return _bake(words)
+        return words.run(words)
     except DappleError as error:
         print(f"dapple: {error}", file=sys.stderr)
     except KeyboardInterrupt:
@@ -64,6 +65,7 @@ def _parser():
     )
     commands = parser.add_subparsers(dest="command", required=True)
     words = commands.add_parser("bake", help="bake the open scene", description="Bake the caustics of the open scene.")
+    words.set_defaults(run=_bake)
     words.add_argument("--frames", type=_frames, help="such as 1-24,30; default: the scene's range")
     words.add_argument("--method", choices=("auto", *METHODS), help="how the light is found; default: the scene's")
     words.add_argument("--surface", choices=SURFACES, help="the smooth water (auto) or its mesh as it is")
@@ -78,6 +80,7 @@ def _parser():
     words.add_argument("--out", help="folder of the maps and of bake.json; default: the scene's, //caustics")
     words.add_argument("--water", type=_names, metavar="OBJECT,...", help="default: the scene's")
     words.add_argument("--receivers", type=_names, metavar="OBJECT,...", help="default: the scene's")
+    cli_export.add_words(commands, _names, _frames)
     return parser
 
 

@@ -140,3 +140,21 @@ def _earlier_frames(path):
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise DappleError(f"{path} cannot be read ({error}); move it away or choose another folder.") from error
     raise DappleError(f"{path} is of version {known['version']}, not {VERSION}; move it away or choose another folder.")
+
+
+def recorded_frames(folder):
+    """{number: entry} of what is baked in a folder; raises DappleError where its bake.json is not ours."""
+    return _earlier_frames(folder / "bake.json")
+
+
+def note_export(folder, form, receiver, said):
+    """Write into the bake.json of a folder what an export made of its maps. A later bake takes it out, since what was
+    exported then is no longer what is baked. Raises DappleError where the disk does not take it."""
+    path = folder / "bake.json"
+    try:
+        with turn(path):
+            known = json.loads(path.read_text(encoding="utf-8"))
+            known.setdefault("exports", {}).setdefault(form, {})[receiver] = plain(said)
+            write_text(path, json.dumps(known, indent=1, allow_nan=False) + "\n")
+    except OSError as error:
+        raise DappleError(disk_sentence(path, error)) from error

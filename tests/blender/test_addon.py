@@ -28,7 +28,8 @@ CLASSES = (
     "DAPPLE_PT_materials",
     "DAPPLE_PT_status",
 )
-OPERATORS = ("bake_frame", "bake_animation", "stop", "attach", "detach", "choose", "live_preview", "show_status")
+OPERATORS = ("bake_frame", "bake_animation", "stop", "attach", "detach", "choose", "live_preview")
+OPERATORS += ("show_status", "export")
 
 
 def presence():
@@ -133,6 +134,7 @@ def test_panels_show_every_setting_and_button(empty_scene):
     names = {name for name, _ in drawn()}
     settings = {p.identifier for p in empty_scene.dapple.bl_rna.properties} - {"rna_type", "name"}
     buttons = {"Bake Frame", "Bake Animation", "Live Preview", "Use Selection", "Attach to Materials", "Detach"}
+    buttons |= {"Export Maps"}
     assert names == settings | buttons
     assert "Use Selection" not in dict(drawn_with_receivers(empty_scene))
 
