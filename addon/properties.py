@@ -18,6 +18,12 @@ METHODS = (
         "bake.json says how much light the waves would have moved",
     ),
     (
+        "sun_map",
+        "Sun Map (a Look)",
+        "A look of caustics, not the light: lines by the water's slope straight above each texel, where the true ones "
+        "are not. For a first impression, and for pictures that need not be right",
+    ),
+    (
         "caustic_map",
         "Caustic Map",
         "Splat the light as points, as games do: soft lines, no finer than the points. For glass it takes two surfaces "

@@ -15,18 +15,20 @@ from .rays import SLOW
 from .scene import SURFACES, Point
 from .sound_water import sound_water
 from .splat import photon_splat
+from .sun_map import sun_map
 from .surface.reconstruct import Need, prepared
 from .terms import left_in
 from .walk import conic_walk
 
 METHODS = {
     "flat": flat.solve,
+    "sun_map": sun_map.solve,
     "caustic_map": caustic_map.solve,
     "photon_splat": photon_splat.solve,
     "conic_walk": conic_walk.solve,
 }
 AUTO = "photon_splat"  # the one that finds all the light
-_LEVEL = ("flat",)  # methods that the shape of the waves is nothing to
+_AS_IT_IS = {"flat": "the mean plane of the mesh", "sun_map": "the normals of the mesh"}  # methods that need no more
 _OVER_CASTERS = ("photon_splat", "caustic_map")
 _SURFACE = 0.7  # of the tolerance, at most: its parts cost most, and half the error takes 1.4 times as many
 
@@ -55,8 +57,8 @@ def solve(scene, texels, settings, kept=None):
     scene, texels = _near_origin(replace(scene, water=water), texels)
     start, surface = time.perf_counter(), "the mesh as it is, as was asked for"
     reconstruction, smooth = (kept or Kept()).reconstruction, settings.surface == "auto"
-    if method in _LEVEL:
-        smooth, surface = False, "the mean plane of the mesh"
+    if method in _AS_IT_IS:
+        smooth, surface = False, _AS_IT_IS[method]
     if not len(scene.water.triangles):
         smooth, surface = False, "there is no water"
     if smooth:

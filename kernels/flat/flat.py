@@ -35,15 +35,26 @@ def solve(scene, texels, settings):
     check_texels(scene, texels)
     start = time.perf_counter()
     work = Diagnostics("flat", _REASON, left_out=list(_LEFT_OUT))
+    irradiance, light, work.estimated_error = combine(lights_of(scene, texels, work), texels)
+    work.seconds["closed form"] = time.perf_counter() - start
+    return answer(scene, texels, irradiance, np.where(light > 0, Status.LIT, Status.DARK), work)
+
+
+def lights_of(scene, texels, work):
+    """For each light of a Scene its irradiance (K,3) on Texels under still water, and its doubt, see `doubt`; books
+    what comes in and what is lost in Diagnostics."""
+    if not len(scene.water.triangles) or not any(len(t.texel) for t in texels):
+        return []
+    still = Still(scene.water, np.sqrt(min(t.area.mean() for t in texels if len(t.area))))
+    receivers = OneFloor.of(still, scene, texels) or Anywhere(still, scene, texels)
+    return [receivers.under(light, work) for light in scene.lights]
+
+
+def combine(parts, texels):
+    """Irradiance (K,3) of all `lights_of`, its mean over the channels (K,), and the relative mean squared error that
+    the waves are predicted to add."""
     count = sum(len(t.texel) for t in texels)
-    parts = []
-    if len(scene.water.triangles) and count:
-        still = Still(scene.water, np.sqrt(min(t.area.mean() for t in texels if len(t.area))))
-        receivers = OneFloor.of(still, scene, texels) or Anywhere(still, scene, texels)
-        parts = [receivers.under(light, work) for light in scene.lights]
     irradiance = sum((part for part, _ in parts[1:]), parts[0][0]) if parts else np.zeros((count, 3))
     light = irradiance @ np.full(3, 1 / 3)
     mean = light.sum() / max(count, 1)
-    work.estimated_error = float(sum(off for _, off in parts) / mean**2) if mean > 0 else 0.0
-    work.seconds["closed form"] = time.perf_counter() - start
-    return answer(scene, texels, irradiance, np.where(light > 0, Status.LIT, Status.DARK), work)
+    return irradiance, light, float(sum(off for _, off in parts) / mean**2) if mean > 0 else 0.0

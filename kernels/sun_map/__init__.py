@@ -1,0 +1,1 @@
+"""The sun map: a look of caustics by one vertical ray and one look-up per texel."""
