@@ -103,6 +103,7 @@ class DAPPLE_PT_quality(Sidebar, bpy.types.Panel):
         layout = self.column()
         for name in ("tolerance", "method", "surface"):
             layout.prop(context.scene.dapple, name)
+        layout.operator("dapple.chart", icon="IPO_EXPO")
 
 
 class DAPPLE_PT_output(Sidebar, bpy.types.Panel):

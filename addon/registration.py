@@ -5,6 +5,7 @@ from __future__ import annotations
 import bpy
 
 from ..operators import live
+from ..operators.chart.ops_chart import DAPPLE_OT_chart
 from ..operators.ops_attach import DAPPLE_OT_attach, DAPPLE_OT_detach
 from ..operators.ops_bake import DAPPLE_OT_bake_animation, DAPPLE_OT_bake_frame, DAPPLE_OT_stop
 from ..operators.ops_choose import DAPPLE_OT_choose
@@ -28,6 +29,7 @@ CLASSES = (
     DAPPLE_OT_live_preview,
     DAPPLE_OT_show_status,
     DAPPLE_OT_export,
+    DAPPLE_OT_chart,
     panels.DAPPLE_PT_bake,
     panels.DAPPLE_PT_scene,
     panels.DAPPLE_PT_casters,

@@ -66,7 +66,7 @@ def bake(context, request: BakeRequest, previews: Path | None = None, wait: floa
     Other processes solve; they end with the iterator, when it is closed too, at once. Frames that are on disk stay
     there; the scene's current frame is put back. Raises DappleError for what cannot be baked.
     """
-    _check(request)
+    check(request)
     record = Record.open(request)
     check_folder(request.out)
     timeline = Timeline(context)
@@ -77,7 +77,7 @@ def bake(context, request: BakeRequest, previews: Path | None = None, wait: floa
         timeline.restore()
 
 
-def _check(request):
+def check(request):
     """Raise DappleError for a request that can be seen to fail before the first frame."""
     if not request.receivers:
         raise DappleError("There are no receivers; pick a collection with the meshes that the light falls on.")

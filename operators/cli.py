@@ -11,17 +11,18 @@ import bpy
 from ..kernels.scene import SURFACES
 from . import cli_export
 from .bake import bake, request_from_scene
+from .chart import command as chart
 from .errors import DappleError
 from .exr_file import is_whole
 
 _SETTINGS = ("method", "surface", "tolerance", "resolution", "dispersion", "match_cycles", "bounces", "reuse")
 
 
-def main(argv: list[str]) -> int:
-    """Run the command in argv on the open file. Returns the exit code: 0 when every map that was asked for is on disk
-    and whole, 1 with a sentence on stderr when not, 2 for words that make no sense."""
+def main(argv: list[str], peers=()) -> int:
+    """Run the command in argv on the open file. Returns the exit code: 0 when all that was asked for is on disk and
+    whole, 1 with a sentence on stderr when not, 2 for words that make no sense. peers: what joins a chart."""
     try:
-        words = _parser().parse_args(argv)
+        words = _parser(peers).parse_args(argv)
     except SystemExit as leaving:  # argparse has said why
         return int(leaving.code or 0)
     try:
@@ -29,7 +30,8 @@ def main(argv: list[str]) -> int:
     except DappleError as error:
         print(f"dapple: {error}", file=sys.stderr)
     except KeyboardInterrupt:
-        print("dapple: stopped; the finished frames are kept.", file=sys.stderr)
+        kept = "no chart is written" if words.command == "chart" else "the finished frames are kept"
+        print(f"dapple: stopped; {kept}.", file=sys.stderr)
     return 1
 
 
@@ -55,7 +57,7 @@ def _bake(words):
     return 0
 
 
-def _parser():
+def _parser(peers):
     """The parser of the command's words."""
     # Here, since it loads embreex, which nothing but a bake needs.
     from ..kernels.methods import METHODS
@@ -81,6 +83,7 @@ def _parser():
     words.add_argument("--water", type=_names, metavar="OBJECT,...", help="default: the scene's")
     words.add_argument("--receivers", type=_names, metavar="OBJECT,...", help="default: the scene's")
     cli_export.add_words(commands, _names, _frames)
+    chart.add_words(commands, _names, peers)
     return parser
 
 

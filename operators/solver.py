@@ -6,6 +6,8 @@ import time
 import traceback
 
 from ..kernels.sequence import Sequence
+from .chart.job import ChartJob
+from .chart.job import answers as chart_answers
 from .errors import DappleError
 from .exr_encode import encode
 from .messages import Failed, Job, Rough, Solved, Stage
@@ -22,17 +24,22 @@ class Solver:
     def __init__(self):
         self._texels, self._sequence = None, None
 
-    def answers(self, job: Job):
+    def answers(self, job: Job | ChartJob):
         """Yield the Stages of a Job, a Rough for each picture that it asks for, and last an Anchor or Solved, or
-        Failed."""
+        Failed; of a ChartJob the Stages and last a Charted, or Failed."""
         try:
-            yield from self._anchor(job) if job.anchor is None else self._frame(job)
+            yield from self._steps(job)
         except (DappleError, ValueError) as error:
             yield Failed(str(error), "" if isinstance(error, DappleError) else traceback.format_exc())
         except MemoryError:
             yield Failed(_MEMORY)
         except Exception as error:
             yield Failed(_FAULT.format(f"{type(error).__name__}: {error}"), traceback.format_exc())
+
+    def _steps(self, job):
+        if isinstance(job, ChartJob):
+            return chart_answers(job)
+        return self._anchor(job) if job.anchor is None else self._frame(job)
 
     def _anchor(self, job):
         from ..kernels import methods

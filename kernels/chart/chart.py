@@ -57,12 +57,11 @@ class Chart:
     notes: list = field(default_factory=list)
 
 
-def build(scene, texels, settings, methods=None, flip=None, peers=()):
+def build(scene, texels, settings, methods=None, flip=None):
     """Yield a sentence on each step; returns the Chart of a Scene on Texels for Settings.
 
     methods: names of METHODS or auto, None for all. flip: a function of Texels, true and found light (K,3), that
-    returns a mean FLIP. peers: functions of Scene and Texels that yield pairs of a sentence and, once there is one, a
-    dict for `Row` with `light` (K,3) and `seen` (K,) bool. Raises ValueError as `methods.solve` does.
+    returns a mean FLIP. Raises ValueError as `methods.solve` does.
     """
     settings = replace(settings, match_cycles=False, reuse=0.0)
     with pinned():
@@ -70,13 +69,25 @@ def build(scene, texels, settings, methods=None, flip=None, peers=()):
         judge = _Judge(chart.reference, texels, flip)
         for rung in rungs(scene, settings, methods):
             yield from _climb(rung, scene, texels, settings, judge, chart)
-    for peer in peers:
-        for sentence, run in peer(*left_in(scene, settings), texels):
-            if run is not None:
-                chart.rows.append(judge.row(**run, peer=True))
-            yield sentence
     chart.rows = marked(chart.rows, chart.reference.error)
     return chart
+
+
+def join(chart, scene, texels, settings, peers, flip=None):
+    """Let peers join a Chart of `build`; yields a sentence on each step.
+
+    peers: functions of a Scene, Settings and Texels that yield pairs of a sentence and, once there is one, what makes a
+    `Row`: a dict with `light` (K,3) and, where that is not all, `seen` (K,) bool.
+    """
+    judge = _Judge(chart.reference, texels, flip)
+    for peer in peers:
+        for sentence, run in peer(*left_in(scene, settings), texels):
+            if run is None:
+                yield sentence
+                continue
+            chart.rows.append(judge.row(**run, peer=True))
+            yield f"{sentence}, error {chart.rows[-1].error:.2g}"
+    chart.rows = marked(chart.rows, chart.reference.error)
 
 
 def _climb(rung, scene, texels, settings, judge, chart):

@@ -8,6 +8,7 @@ from ..methods import METHODS
 
 AUTO = "auto"
 PRESETS = {"Draft": 5e-2, "Preview": 1e-2, "Final": 1e-3}
+_GRIDS = 128, 256, 512, 1024
 _ASKED = 1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4
 
 
@@ -33,7 +34,7 @@ class Rung:
 _KNOWN = (
     Rung("flat", "flat", (("still water", {}),)),
     Rung("sun_map", "sun_map", (("", {}),)),
-    Rung("caustic_map", "caustic_map", _asked(*_ASKED)),
+    Rung("caustic_map", "caustic_map", tuple((f"{n} points", {"grid": n}) for n in _GRIDS), over_water=False),
     Rung("photon_splat", "photon_splat", _asked(*_ASKED), over_water=False),
     Rung(
         "photon_splat, mesh as it is", "photon_splat", tuple((k, {**v, "surface": "mesh"}) for k, v in _asked(*_ASKED))

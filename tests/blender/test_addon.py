@@ -29,7 +29,7 @@ CLASSES = (
     "DAPPLE_PT_status",
 )
 OPERATORS = ("bake_frame", "bake_animation", "stop", "attach", "detach", "choose", "live_preview")
-OPERATORS += ("show_status", "export")
+OPERATORS += ("show_status", "export", "chart")
 
 
 def presence():
@@ -134,7 +134,7 @@ def test_panels_show_every_setting_and_button(empty_scene):
     names = {name for name, _ in drawn()}
     settings = {p.identifier for p in empty_scene.dapple.bl_rna.properties} - {"rna_type", "name"}
     buttons = {"Bake Frame", "Bake Animation", "Live Preview", "Use Selection", "Attach to Materials", "Detach"}
-    buttons |= {"Export Maps"}
+    buttons |= {"Export Maps", "Chart Methods"}
     assert names == settings | buttons
     assert "Use Selection" not in dict(drawn_with_receivers(empty_scene))
 

@@ -7,7 +7,7 @@ import pytest
 import waves
 from casters import no_water
 
-from dapple.kernels.chart.chart import Row, build, marked
+from dapple.kernels.chart.chart import Row, build, join, marked
 from dapple.kernels.chart.ladder import rungs
 from dapple.kernels.chart.reference import reference
 from dapple.kernels.maps.texels import rasterise
@@ -74,7 +74,11 @@ def test_the_mesh_is_a_rung_only_where_the_smooth_water_is_another(pool):
 
 def test_without_water_there_are_the_rungs_over_casters(pool):
     scene, _ = pool
-    assert {r.method for r in rungs(replace(scene, water=no_water()), Settings())} == {"photon_splat", "auto"}
+    assert {r.method for r in rungs(replace(scene, water=no_water()), Settings())} == {
+        "caustic_map",
+        "photon_splat",
+        "auto",
+    }
 
 
 def test_a_chart_of_some_rungs_and_a_peer(pool):
@@ -87,8 +91,8 @@ def test_a_chart_of_some_rungs_and_a_peer(pool):
         known = {"rung": "peer", "label": "dark", "method": "peer", "asked": None, "seconds": 1e-9, "runs": 1}
         yield "peer: dark", {**known, "light": np.zeros((count, 3)), "seen": np.arange(count) < count // 2}
 
-    steps = build(scene, texels, Settings(), ("flat", "photon_splat", "auto"), lambda *_: 0.25, (peer,))
-    chart, said = run(steps)
+    chart, _ = run(build(scene, texels, Settings(), ("flat", "photon_splat", "auto"), lambda *_: 0.25))
+    _, said = run(join(chart, scene, texels, Settings(), (peer,)))
     by = {(row.rung, row.label): row for row in chart.rows}
     assert {row.rung for row in chart.rows} == {"flat", "photon_splat", "photon_splat, mesh as it is", "auto", "peer"}
     assert by["photon_splat", "0.0003"].error < by["photon_splat", "0.1"].error < by["flat", "still water"].error
@@ -99,7 +103,7 @@ def test_a_chart_of_some_rungs_and_a_peer(pool):
     assert by["peer", "dark"].seen == pytest.approx(0.5, abs=0.01)
     assert by["peer", "dark"].on_front
     assert all((row.over_front is None) == (row.rung != "auto") for row in chart.rows)
-    assert "peer: waiting" in said
+    assert said == ["peer: waiting", f"peer: dark, error {by['peer', 'dark'].error:.2g}"]
 
 
 def row(rung, seconds, error, peer=False):

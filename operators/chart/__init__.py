@@ -1,0 +1,1 @@
+"""The chart of a scene: measured, drawn, and written beside the maps."""
