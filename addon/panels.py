@@ -122,6 +122,7 @@ class DAPPLE_PT_output(Sidebar, bpy.types.Panel):
         frames.prop(settings, "frame_end")
         layout.prop(settings, "output")
         layout.prop(settings, "depth")
+        layout.prop(settings, "tile")
         layout.prop(settings, "workers")
         workers, each = forecast(context.scene, context.view_layer)
         status = f"{workers} at once, about {each / 1e9:.2g} GB each"

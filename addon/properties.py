@@ -285,6 +285,12 @@ class DappleSettings(bpy.types.PropertyGroup):
     )
     frame_start: IntProperty(name="Start", description="First frame of the bake", default=1, min=0, max=1048574)
     frame_end: IntProperty(name="End", description="Last frame of the bake", default=48, min=0, max=1048574)
+    tile: BoolProperty(
+        name="Tileable",
+        description="Make a map that repeats without a seam: the water is one tile of many, above a level "
+        "receiver of the same size whose UV map fills the square. Suns only",
+        default=False,
+    )
     depth: EnumProperty(
         name="Color Depth",
         description="Precision of the OpenEXR files. What half floats cannot hold is kept in full floats all the same",

@@ -18,6 +18,7 @@ from .splat import photon_splat
 from .sun_map import sun_map
 from .surface.reconstruct import Need, prepared
 from .terms import left_in
+from .tile import tile
 from .walk import conic_walk
 
 METHODS = {
@@ -35,6 +36,8 @@ _SURFACE = 0.7  # of the tolerance, at most: its parts cost most, and half the e
 
 def prepare(scene, texels, settings):
     """The Anchor of an animation, found on one of its frames: a Scene and its Texels. Raises ValueError as `solve`."""
+    if settings.tile:
+        scene, _ = tile.widened(scene, settings.resolution)
     water, _ = sound_water(scene.water)
     scene, texels = _near_origin(replace(scene, water=water), texels)
     return Anchor(prepared(scene.water)) if settings.surface == "auto" else Anchor()
@@ -47,6 +50,8 @@ def solve(scene, texels, settings, kept=None):
     method, surface or term that does not exist, for an impossible dispersion and for water with positions that are not
     finite.
     """
+    if settings.tile:
+        return tile.solve(lambda *wide: solve(*wide, kept), scene, texels, replace(settings, tile=False))
     method = AUTO if settings.method == "auto" else settings.method
     if method not in METHODS:
         raise ValueError(f"method must be auto or one of {', '.join(METHODS)}, got {settings.method!r}")

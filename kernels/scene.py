@@ -157,7 +157,8 @@ class Settings:
     what lies under water; bounces: at how many surfaces light is bent or mirrored, at most, on its way over casters;
     reuse: what share of its light a texel keeps from frame to frame, see `reuse.py`; without: names of the physical
     terms to leave out, see `terms.py`; iterations and grid: of `caustic_map`, how often a landing point is looked up
-    again, and points along the water in the light's view, 0 for as many as the tolerance asks for."""
+    again, and points along the water in the light's view, 0 for as many as the tolerance asks for; tile: water and
+    receiver are one tile of a pool without an end, see `tile/tile.py`."""
 
     method: str = "auto"
     tolerance: float = 0.01
@@ -174,6 +175,7 @@ class Settings:
     without: tuple[str, ...] = ()
     iterations: int = 2
     grid: int = 0
+    tile: bool = False
 
 
 @dataclass

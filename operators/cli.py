@@ -15,7 +15,7 @@ from .chart import command as chart
 from .errors import DappleError
 from .exr_file import is_whole
 
-_SETTINGS = ("method", "surface", "tolerance", "resolution", "dispersion", "match_cycles", "bounces", "reuse")
+_SETTINGS = ("method", "surface", "tolerance", "resolution", "dispersion", "match_cycles", "bounces", "reuse", "tile")
 
 
 def main(argv: list[str], peers=()) -> int:
@@ -77,6 +77,7 @@ def _parser(peers):
     words.add_argument("--resolution", type=int, help="texels along each side of a map")
     words.add_argument("--bounces", type=int, help="surfaces that bend or mirror light on its way, at most")
     words.add_argument("--reuse", type=float, help="share of its light that a texel keeps from frame to frame; 0: none")
+    words.add_argument("--tile", action="store_true", default=None, help="water and floor are one tile of many")
     words.add_argument("--full-float", action="store_true", help="32-bit maps; default: the scene's, or half floats")
     words.add_argument("--workers", type=int, help="frames solved at once; 0: as cores and memory allow")
     words.add_argument("--out", help="folder of the maps and of bake.json; default: the scene's, //caustics")
