@@ -22,7 +22,7 @@ _STRAIGHT = 0.05  # texels: how far the edges of larger parts than a texel may b
 _POINT = 0.25  # texels: parts smaller than this that straddle more land point by point
 _DEPTH = 14  # splits at most
 _JUMP = 16.0  # texels: parts that are cut and land further apart than this are looked at for seams
-_HIDDEN = 0.5  # texels: parts smaller than this that no ray of the lander's light meets have none, though it is near
+_HIDDEN = 0.5  # texels: parts smaller than this none of whose rays lands have no light that does, though it is near
 _EVEN = np.array([1, 1, 1, 3, 3, 3]) / 12  # shares of the six rays: six triangles have a corner, two a middle
 _PARTS = ([0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5])  # of corners 0, 1, 2 and the middles 3, 4, 5 of their edges
 _EDGES = [0, 3, 1, 4, 2, 5, 3, 4, 5], [3, 1, 4, 2, 5, 0, 4, 5, 3]  # between which the parts' middles 6 to 14 lie
@@ -173,8 +173,12 @@ class _Work:
         other half is for the parts of the others.
         """
         most = cut_off(error[np.isfinite(error)], (self.tolerance - self.error) / 2)
-        seen = (clear & (chart != UNLIT)) | (size < np.where(chart == OTHER, _HIDDEN, self.sight))
+        seen = (clear & (chart != UNLIT)) | (size < np.where(self._dark(chart), _HIDDEN, self.sight))
         return np.isfinite(error) & (error <= most) & seen
+
+    def _dark(self, chart):
+        """Whether (n,) beams whose rays all end so, by their chart, may yet hold light that lands elsewhere."""
+        return chart < 0 if self.lander.hides else chart == OTHER
 
     def _image(self, chart):
         return np.take(self.lander.image, np.maximum(chart, 0))

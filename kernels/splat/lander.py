@@ -72,10 +72,11 @@ class Lander:
     receivers of a Scene and their Texels; tracer: a Tracer over the receivers, in their order, and all that occludes;
     source: see `sources.py`; eta and sigma_a (3,) of the water; mirrored: reflect, do not refract; fresnel: refract by
     it. Charts are numbered through all receivers; image (charts,) is the receiver that each belongs to. rows: what rays
-    carry; grazing: light is known to fall or rise steeply towards its borders.
+    carry; hides: light that lands may lie between rays that do not, however close they are where they start; grazing:
+    light is known to fall or rise steeply towards its borders.
     """
 
-    certain, grazing = False, False
+    certain, hides, grazing = False, False, False
 
     def __init__(
         self, receivers, texels, tracer, outlines, meetings, source, eta, sigma_a, mirrored=False, fresnel=True

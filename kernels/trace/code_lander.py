@@ -43,7 +43,8 @@ class CodeLander:
     of different sheets of light. image: the receiver of each. found (T,) bool: beams among which the pilot found it.
     """
 
-    certain, grazing, again = False, True, 0  # what is turned back rises steeply towards the outline of what is round
+    # Curved surfaces spread beams of two texels over many; what they turn back rises steeply towards their outline.
+    certain, hides, grazing, again = False, True, True, 0
 
     def __init__(self, cast, word, found):
         self._cast, self._word, self._found = cast, word, found
