@@ -110,6 +110,15 @@ def test_another_blender_needs_a_new_environment(launcher, commands):
     assert "--clear" in commands[0]
 
 
+def test_another_blender_has_an_environment_of_its_own(root, tmp_path, monkeypatch):
+    monkeypatch.setenv("DAPPLE_BPY", "4.2.23")
+    shutil.copy(root / "dapple", tmp_path / "dapple")
+    launcher = load_launcher(tmp_path / "dapple")
+    assert str(tmp_path / ".venv-4.2.23") == launcher.VENV
+    assert launcher.stamp_text((3, 11)).splitlines()[:2] == ["bpy==4.2.23", "numpy<2"]
+    assert not launcher.is_whole()
+
+
 def test_failed_install_leaves_no_stamp(launcher, commands, monkeypatch, capfd):
     make_fake_environment(launcher, "old stamp")
     monkeypatch.setattr(subprocess, "run", lambda command, **_: subprocess.CompletedProcess(command, "pip" in command))

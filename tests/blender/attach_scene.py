@@ -132,14 +132,19 @@ def dump(tree):
     return nodes, links
 
 
+def _custom(thing):
+    """The names of its custom properties; up to Blender 4.5 what add-ons register is among them once it was read."""
+    return sorted(set(thing.keys()) - {"dapple"})
+
+
 def state():
     """What the file holds: materials with their nodes and properties, slots of objects and meshes, images."""
     return (
-        {m.name: (dump(m.node_tree), sorted(m.keys()), m.use_transparent_shadow) for m in bpy.data.materials},
+        {m.name: (dump(m.node_tree), _custom(m), m.use_transparent_shadow) for m in bpy.data.materials},
         {
             o.name: (
                 [(s.link, plain(s.material)) for s in o.material_slots],
-                sorted(o.keys()),
+                _custom(o),
                 o.visible_shadow,
                 o.visible_diffuse,
             )

@@ -1,7 +1,24 @@
 """Fixtures for tests that need Blender, here as the Python module bpy."""
 
+import os
+import sys
+
 import numpy as np
 import pytest
+
+
+def pytest_sessionfinish(session, exitstatus):
+    session.config.exit_code = int(exitstatus)
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_unconfigure(config):
+    """Leave at once under Blender 4.x as a module: it frees the functions that properties call when Python is gone,
+    and crashes, whatever an add-on unregisters. All tests are over by then, and their summary is printed."""
+    bpy = sys.modules.get("bpy")
+    if bpy and bpy.app.version < (5, 0):
+        sys.stdout.flush()
+        os._exit(config.exit_code)
 
 
 @pytest.fixture

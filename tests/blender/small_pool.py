@@ -77,6 +77,9 @@ class InlinePool:
         return said
 
 
+HALF = 2.0**-11  # relative: how far half floats may be off
+
+
 def use_solver(monkeypatch, solve):
     """Let `solve` answer in the place of the kernels, in this process."""
     monkeypatch.setattr(bake, "Pool", InlinePool)
@@ -88,7 +91,7 @@ def use_solver(monkeypatch, solve):
 
 
 def read_exr(path):
-    """(H,W,3) float32, row 0 at v = 0, by OpenEXR's own reader."""
+    """(H,W,3) as stored, half or float32, row 0 at v = 0, by OpenEXR's own reader."""
     return OpenEXR.File(str(path)).channels()["RGB"].pixels[::-1]
 
 
