@@ -21,6 +21,15 @@ def pytest_unconfigure(config):
         os._exit(config.exit_code)
 
 
+@pytest.fixture(autouse=True)
+def _module(request):
+    """Skips tests that start another Python with bpy in it, where bpy is no module but Blender itself."""
+    if request.node.get_closest_marker("bpy_module"):
+        bpy = pytest.importorskip("bpy")
+        if bpy.app.binary_path:
+            pytest.skip("inside Blender itself no other Python has bpy")
+
+
 @pytest.fixture
 def empty_scene():
     """An empty file with the add-on registered; gives its scene, and unregisters afterwards."""

@@ -209,6 +209,7 @@ def test_warnings_reach_the_record(pool, out):
     assert "'Panel' is an area lamp" in warning
 
 
+@pytest.mark.bpy_module
 def test_buttons_load_without_embreex(root):
     code = "import sys, dapple.operators.ops_bake; sys.exit('embreex' in sys.modules)"
     hook = "import runpy, sys; runpy.run_path(sys.argv[1] + '/tests/conftest.py'); "

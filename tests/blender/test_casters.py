@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 
 import bpy
 import numpy as np
@@ -298,8 +299,8 @@ def test_settings_reach_the_bake_and_the_record(scene, tmp_path, monkeypatch):
 
     def solve(kernel_scene, texels, settings, kept):
         met.append((kernel_scene, settings))
-        kernel_scene.water.positions.resize((1, 3))
-        return solve_by_height(kernel_scene, texels, settings)
+        water = replace(kernel_scene.water, positions=np.zeros((1, 3)))  # whose height is known
+        return solve_by_height(replace(kernel_scene, water=water), texels, settings)
 
     use_solver(monkeypatch, solve)
     ball("Ball", material("Clear"))

@@ -12,6 +12,7 @@ from dapple.tests.blender.killing import bake_whole, differences, kill_often, sa
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="looks at /proc")
 
 
+@pytest.mark.bpy_module
 def test_a_bake_killed_twice_ends_with_the_same_files(empty_scene, tmp_path):
     blend = tmp_path / "waves.blend"
     save_waves(blend, frames=12)
@@ -23,6 +24,7 @@ def test_a_bake_killed_twice_ends_with_the_same_files(empty_scene, tmp_path):
     assert "12 frames were there" not in said[-1], said
 
 
+@pytest.mark.bpy_module
 def test_ctrl_c_stops_within_a_second_with_a_sentence(empty_scene, tmp_path):
     """As from a terminal: the signal goes to the whole group, and only the bake itself answers it."""
     blend = tmp_path / "waves.blend"

@@ -152,6 +152,7 @@ os.kill(os.getpid(), signal.SIGKILL)
 
 
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks at /proc")
+@pytest.mark.bpy_module
 def test_workers_end_with_a_parent_that_is_killed(root):
     run = subprocess.run([sys.executable, "-c", PARENT, str(root)], capture_output=True, text=True)
     assert run.returncode == -9, run.stderr

@@ -116,6 +116,7 @@ assert len(bpy.data.images) == images
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="limits are POSIX")
+@pytest.mark.bpy_module
 def test_write_cut_short_leaves_the_old_file(tmp_path):
     write_exr(tmp_path / "map.exr", np.full((8, 8, 3), 0.25))
     write_json(tmp_path / "bake.json", {"old": True})
