@@ -33,7 +33,7 @@ class Rung:
 
 _KNOWN = (
     Rung("flat", "flat", (("still water", {}),)),
-    Rung("sun_map", "sun_map", (("", {}),)),
+    Rung("sun_map", "sun_map", (("a look", {}),)),
     Rung("caustic_map", "caustic_map", tuple((f"{n} points", {"grid": n}) for n in _GRIDS), over_water=False),
     Rung("photon_splat", "photon_splat", _asked(*_ASKED), over_water=False),
     Rung(

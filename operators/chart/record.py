@@ -99,8 +99,9 @@ def _lines(request, scene, chart):
     """What is said under the title: the scene, the reference, the machine."""
     side, truth = request.settings.resolution, chart.reference
     size = f"{len(scene.receivers)} map{'s' * (len(scene.receivers) > 1)} of {side} x {side} texels"
-    meshes = (scene.water, *scene.casters)
-    size += f", {sum(len(mesh.triangles) for mesh in meshes)} triangles of water and glass. "
+    water, casters = len(scene.water.triangles), sum(len(caster.triangles) for caster in scene.casters)
+    kinds = [f"{n} triangles of {what}" for n, what in ((water, "water"), (casters, "glass and metal")) if n]
+    size += f", {' and '.join(kinds)}. "
     suns = f", with 2 x {truth.suns} suns for the disc" if truth.suns else ""
     size += f"Reference: all light, twice{suns}."
     mine = ", ".join(f"{name} {version}" for name, version in versions().items())

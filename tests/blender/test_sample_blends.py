@@ -12,19 +12,21 @@ from dapple.operators.mesh_arrays import TopologyCache  # noqa: E402
 
 GRID = 1024
 SUN = {
+    "calm_pond": (0.45, 0.25, -1.0),
     "pool": (0.25, 0.1, -1.0),
     "ocean": (0.35, 0.45, -1.0),
     "glass": (0.62, 0.35, -0.75),
     "lagoon": (0.20, 0.80, -0.62),
 }
 RECEIVERS = {
+    "calm_pond": {"Bed"},
     "pool": {"Floor", "Walls", "Steps"},
     "ocean": {"Bed"},
     "glass": {"Table"},
     "mirror_room": {"Floor", "Walls"},
     "lagoon": {"Bed", "Hull", "Fish 1", "Fish 2", "Fish 3"},
 }
-WATER = {"pool", "ocean", "lagoon"}
+WATER = {"calm_pond", "pool", "ocean", "lagoon"}
 CASTERS = {
     "glass": {"Ball": 1.5, "Diamond": 2.417, "Suzanne": 1.5, "Ring": None},
     "mirror_room": {"Ball": 1.5, "Star": None, "Mirror": None},
@@ -88,6 +90,17 @@ def test_pool_water_is_smooth_and_reaches_into_the_walls(pool):
     water = bpy.context.scene.dapple.water
     assert all(face.use_smooth for face in water.data.polygons)
     assert np.allclose(np.abs(water_positions(1)[:, :2]).max(axis=0), 2.1)
+
+
+def test_calm_pond_throws_no_two_paths_together(empty_scene, root):
+    bpy.ops.wm.open_mainfile(filepath=str(root / "sample_blends" / "calm_pond.blend"))
+    for frame in (1, 20):
+        x, _, z = water_positions(frame).reshape(97, 97, 3).transpose(2, 0, 1)
+        cell, eta = x[0, 1] - x[0, 0], 1.333
+        bend = np.array([z[2:, 1:-1] + z[:-2, 1:-1], z[1:-1, 2:] + z[1:-1, :-2]]) - 2 * z[1:-1, 1:-1]
+        # The image of a wave comes together where its curvature times this is 1.
+        together = np.abs(bend).sum(0) / cell**2 * 0.6 * (eta - 1) / eta
+        assert 0.05 < together.max() < 0.5
 
 
 def test_ocean_moves_and_has_slopes(empty_scene, root):
