@@ -102,7 +102,15 @@ def differences(one, other):
         name for name in names[0] if name != "bake.json" and (one / name).read_bytes() != (other / name).read_bytes()
     ]
     records = [timeless(json.loads((folder / "bake.json").read_text())) for folder in (one, other)]
-    return unequal + ["bake.json"] * (records[0] != records[1])
+    return unequal + [f"bake.json: {key}" for key in unlike(*records)]
+
+
+def unlike(one, other):
+    """The places, as keys between slashes, at which two records differ."""
+    if isinstance(one, dict) and isinstance(other, dict):
+        keys = sorted({*one, *other})
+        return [f"{key}/{inner}" for key in keys for inner in unlike(one.get(key), other.get(key))]
+    return [] if one == other else [""]
 
 
 def timeless(record):
