@@ -1,12 +1,15 @@
 """What a bake leaves as it is, since it is there, and what it makes anew."""
 
+import errno
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import bpy
 import pytest
 
 from dapple.operators.bake import bake, request_from_scene
+from dapple.operators.errors import DappleError
 from dapple.tests.blender.small_pool import build_pool, files_in, solve_by_height, use_solver
 
 
@@ -134,3 +137,41 @@ def test_light_that_is_kept_from_frame_to_frame_is_solved_from_the_start(pool, s
     run(pool, frames=(1, 2))
     run(pool)
     assert solved == [1.0, 1.1, 1.0, 1.1, 1.2]
+
+
+def test_a_full_disk_loses_nothing_and_the_bake_goes_on_when_there_is_space(pool, out, solved, monkeypatch):
+    real = Path.write_bytes
+
+    def write(path, content):
+        if "0002" in path.name:
+            real(path, content[: len(content) // 2])
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return real(path, content)
+
+    monkeypatch.setattr(Path, "write_bytes", write)
+    with pytest.raises(DappleError, match=r"caustics_0002\.exr: no space left on the disk"):
+        run(pool)
+    assert files_in(out) == ["Floor/caustics_0001.exr", "bake.json"]
+    assert list(record(out)["frames"]) == ["1"]
+    monkeypatch.setattr(Path, "write_bytes", real)
+    solved.clear()
+    run(pool)
+    assert solved == [1.1, 1.2]
+
+
+def test_a_bake_that_was_killed_between_maps_and_record_makes_them_again(pool, out, solved):
+    """The maps of frame 2 are of one scene, its entry of another, and the scene is as it was for the entry."""
+    run(pool, frames=(1, 2))
+    before = (out / "bake.json").read_bytes()
+    good = content(out)
+    bpy.data.lights["Sun"].energy = 2.0
+    water = pool.dapple.water
+    water.driver_remove("location")
+    water.location.z = 3.0
+    run(pool, frames=(2,))
+    (out / "bake.json").write_bytes(before)
+    assert content(out)["Floor/caustics_0002.exr"] != good["Floor/caustics_0002.exr"]
+    bpy.data.lights["Sun"].energy = 1.0
+    water.driver_add("location", 2).driver.expression = "1 + (frame - 1) / 10"
+    run(pool, frames=(1, 2))
+    assert content(out)["Floor/caustics_0002.exr"] == good["Floor/caustics_0002.exr"]
