@@ -19,6 +19,8 @@ from bench_stages import ROOT, Table, load_dapple
 
 COMMAND = "`python tests/bench/bench_casters.py`"
 ASKED = (1e-1, 1e-2)
+# Where ptracer's camera stands, the side of what it looks at, and how high that lies [m]; the lagoon's is under water.
+_VIEWS = {"glass": ((0, 0, 20.0), 1.5), "mirror_room": ((0, 0, 20.0), 3.2), "lagoon": ((2.5, -3.5, -0.2), 2.0, -1.2)}
 
 
 def cases():
@@ -26,13 +28,14 @@ def cases():
     import waves
     from bench import caster_scenes as scenes
     from bench.caster_cases import Case
+    from bench.mitsuba_camera import View
     from bench.sample_scenes import read
 
-    yield Case("pool", waves.pool(quads=128), (4.0, 1.2))
+    yield Case("pool", waves.pool(quads=128), View((0, 0, 1.2), 4.0))
     for make in scenes.SMALL:
-        yield Case(make.__name__, make(), None if make is scenes.cup else (1.0, 20.0))
+        yield Case(make.__name__, make(), View((0, 0, 20.0), 1.0))
     for name in scenes.SAMPLES:
-        yield Case(f"{name}.blend", read(name), (1.5, 20.0) if name == "glass" else None)
+        yield Case(f"{name}.blend", read(name), View(*_VIEWS[name]))
 
 
 def tables(table, names):
@@ -77,7 +80,7 @@ def main():
 
     mitsuba.set_variant("llvm_ad_rgb")
     drjit.set_thread_count(1)
-    load_dapple()
+    load_dapple(register=False)  # another process reads the scenes
     table = Table()
     tables(table, sys.argv[1:])
     if sys.argv[1:]:

@@ -25,14 +25,16 @@ RESOLUTIONS = (256, 512, 1024)
 COMMAND = "`.venv/bin/python tests/bench/bench_stages.py`"
 
 
-def load_dapple():
-    """Import the working tree as the package `dapple` with the add-on registered, and find the tests' waves."""
+def load_dapple(register=True):
+    """Import the working tree as the package `dapple`, with the add-on registered where `register`, which brings
+    Blender into this process, and find the tests' waves."""
     spec = importlib.util.spec_from_file_location(
         "dapple", ROOT / "__init__.py", submodule_search_locations=[str(ROOT)]
     )
     sys.modules["dapple"] = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(sys.modules["dapple"])
-    sys.modules["dapple"].register()
+    if register:
+        sys.modules["dapple"].register()
     sys.path.insert(0, str(ROOT / "tests"))
 
 

@@ -1,56 +1,81 @@
-"""Mitsuba's own `ptracer` at work on a map: a camera that looks straight at a plane floor, a pixel to a texel."""
+"""Mitsuba's own `ptracer` at work on a map: a camera that looks straight down on a receiver."""
 
 from __future__ import annotations
 
-import drjit as dr
+from dataclasses import dataclass
+
 import mitsuba as mi
 import numpy as np
 
 from . import mitsuba_scene
 
-_DIRECT_SAMPLES = 64
+_INNER = 4  # rays along the side of a pixel that tell which texels it sees
+_DEPTHS = 64, 2  # surfaces and the lens: of all light, and of what comes straight from the lights
 
 
-class FloorCamera:
-    """Pictures of a Scene's first receiver, a square of `side` [m] round the origin at z = 0, from `height` [m] above
-    it; seen (R,R) bool: texels to which nothing specular hides the camera, nor to their neighbours."""
+@dataclass(frozen=True)
+class View:
+    """From origin (3,) [m] down on a square of `side` [m] at z = level."""
 
-    def __init__(self, scene, side, height, resolution):
-        self._scene = mitsuba_scene.load(scene, emitters=True).scene
-        view = mi.ScalarTransform4f().look_at(origin=[0, 0, height], target=[0, 0, 0], up=[0, 1, 0])
+    origin: tuple
+    side: float
+    level: float = 0.0
+
+
+class MapCamera:
+    """Pictures of a Scene's first receiver in a View, some (R,R) pixels, each about as large as a texel.
+
+    seen (R,R) bool: pixels to which nothing hides the receiver, nor to their neighbours.
+    """
+
+    def __init__(self, scene, view, texels):
+        loaded = mitsuba_scene.load(scene, emitters=True)
+        self._scene, self._side = loaded.scene, texels.resolution
+        width = np.sqrt(texels.area.sum() / len(texels.area))
+        self._pixels = max(8, round(view.side / width))
+        height = view.origin[2] - view.level
         film = {
-            "type": "hdrfilm", "width": resolution, "height": resolution, "rfilter": {"type": "box"},
+            "type": "hdrfilm", "width": self._pixels, "height": self._pixels, "rfilter": {"type": "box"},
             "pixel_format": "rgb", "component_format": "float32",
         }  # fmt: skip
-        camera = {
-            "type": "perspective", "fov": float(2 * np.degrees(np.arctan(side / 2 / height))), "to_world": view,
-            "near_clip": height / 100, "far_clip": 2 * height, "film": film,
-        }  # fmt: skip
-        self._camera, self._resolution = mi.load_dict(camera), resolution
-        self.seen = self._free(side, height)
-        self._direct = self._picture({"type": "direct"}, _DIRECT_SAMPLES, 0)
+        x, y, _ = view.origin
+        place = mi.ScalarTransform4f().look_at(origin=list(view.origin), target=[x, y, view.level], up=[0, 1, 0])
+        self._camera = mi.load_dict({
+            "type": "perspective", "fov": float(2 * np.degrees(np.arctan(view.side / 2 / height))), "to_world": place,
+            "near_clip": height / 100, "far_clip": 4 * height, "film": film,
+        })  # fmt: skip
+        hit, self._texel = self._look(loaded.receivers[0])
+        around = np.pad(hit, 1)
+        shifts = [around[i : i + self._pixels, j : j + self._pixels] for i in range(3) for j in range(3)]
+        self.seen = np.all(shifts, axis=0)
 
-    def caustics(self, paths_per_texel, seed):
-        """Irradiance (R,R,3) [W/m^2] by ptracer, less what comes straight from the lights without its noise."""
-        return self._picture({"type": "ptracer", "max_depth": 64, "rr_depth": 65}, paths_per_texel, seed) - self._direct
+    def caustics(self, paths_per_pixel, seed):
+        """Irradiance (R,R,3) [W/m^2] by ptracer, less the part of the very same paths that comes straight from the
+        lights, whose noise cancels."""
+        whole, straight = (self._picture(depth, paths_per_pixel, seed) for depth in _DEPTHS)
+        return whole - straight
 
-    def _picture(self, integrator, samples, seed):
-        """Irradiance of the floor, row 0 at the least y: a white floor's radiance is E albedo / pi."""
-        picture = mi.render(
-            self._scene, sensor=self._camera, integrator=mi.load_dict(integrator), spp=samples, seed=seed
-        )
-        return np.array(picture, np.float64)[::-1] * np.pi / mitsuba_scene.WHITE
+    def whole(self, paths_per_pixel, seed):
+        """As `caustics`, of all light, which is what ptracer spends its time on."""
+        return self._picture(_DEPTHS[0], paths_per_pixel, seed)
 
-    def _free(self, side, height):
-        axis = (np.arange(self._resolution) + 0.5) / self._resolution * side - side / 2
-        x, y = (v.ravel().astype(np.float32) for v in np.meshgrid(axis, axis))
-        floor, eye = mi.Point3f(x, y, 0.0), mi.Point3f(0, 0, height)
-        ray = mi.Ray3f(eye, dr.normalize(floor - eye))
-        hidden = self._scene.ray_test(mi.Ray3f(ray.o, ray.d, 0.999 * dr.norm(floor - eye), 0.0, []))
-        grown = np.pad(np.array(hidden).reshape(self._resolution, -1), 1)
-        around = [
-            grown[1 + i : grown.shape[0] - 1 + i, 1 + j : grown.shape[1] - 1 + j]
-            for i in (-1, 0, 1)
-            for j in (-1, 0, 1)
-        ]
-        return ~np.any(around, axis=0)
+    def of(self, image):
+        """What of an image (R,R,3) of the receiver the pixels see, (R,R,3)."""
+        return image.reshape(-1, 3)[self._texel].mean(2)
+
+    def _picture(self, depth, samples, seed):
+        """Irradiance (R,R,3) of the receiver: a white surface's radiance is E albedo / pi."""
+        integrator = mi.load_dict({"type": "ptracer", "max_depth": depth, "rr_depth": depth + 1})
+        picture = mi.render(self._scene, sensor=self._camera, integrator=integrator, spp=samples, seed=seed)
+        return np.array(picture, np.float64) * np.pi / mitsuba_scene.WHITE
+
+    def _look(self, receiver):
+        """Whether (R,R) all that a pixel sees is the receiver, and which texels (R,R,inner^2)."""
+        grid = (np.arange(self._pixels * _INNER) + 0.5) / (self._pixels * _INNER)
+        x, y = (mi.Float(v.ravel().astype(np.float32)) for v in np.meshgrid(grid, grid))
+        ray, _ = self._camera.sample_ray(0.0, 0.5, mi.Point2f(x, y), mi.Point2f(0.5))
+        found = self._scene.ray_intersect(ray)
+        hit = np.array(found.shape == mi.ShapePtr(receiver))
+        u, v = (np.clip(np.nan_to_num(np.array(c)) * self._side, 0, self._side - 1).astype(int) for c in found.uv)
+        hit, texel = (a.reshape(self._pixels, _INNER, self._pixels, _INNER) for a in (hit, v * self._side + u))
+        return hit.all((1, 3)), texel.transpose(0, 2, 1, 3).reshape(self._pixels, self._pixels, -1)

@@ -16,6 +16,7 @@ import numpy as np
 from dapple.kernels.casters import Glass
 from dapple.kernels.scene import Point, Spot
 
+_PLANE = 1024  # pixels along the side of a projector's image
 WHITE = 0.005  # albedo of receivers, for what a camera sees of them: so dark that they light nothing else
 
 
@@ -142,11 +143,36 @@ def _shape(mesh, triangles, shaded, bsdf, uvs=None, inside=None, outside=None):
 
 
 def _emitter(light):
-    """A light as an emitter of Mitsuba: a Sun without its disc, a lamp as a point."""
+    """A light as an emitter of Mitsuba: a Sun without its disc, a lamp as a point, a round Spot as a projector."""
     if isinstance(light, Spot):
-        raise ValueError("a Spot's cone is an ellipse, its edge a smoothstep: Mitsuba has no such emitter")
+        return _projector(light)
     if isinstance(light, Point):
         intensity = {"type": "rgb", "value": list(map(float, light.intensity))}
         return {"type": "point", "position": list(map(float, light.position)), "intensity": intensity}
     irradiance = {"type": "rgb", "value": list(map(float, light.irradiance))}
     return {"type": "directional", "direction": list(map(float, light.direction)), "irradiance": irradiance}
+
+
+def falloff(spot, cosine):
+    """Share of a Spot's intensity at a cosine from its axis: smoothstep over the blend."""
+    edge = np.cos(spot.half_angle)
+    x = np.clip((cosine - edge) / max((1 - edge) * spot.blend, 1e-9), 0, 1)
+    return x * x * (3 - 2 * x)
+
+
+def _projector(spot):
+    """A Spot as what it throws on a plane at distance 1: intensity times cos^3, over the pi by which Mitsuba multiplies
+    a projector's. Raises ValueError for a cone that is an ellipse."""
+    if not np.allclose(spot.frame @ spot.frame.T, np.eye(3), atol=1e-5):
+        raise ValueError("a Spot whose cone is an ellipse: it is handed to Mitsuba round only")
+    reach = np.tan(spot.half_angle) * (1 + 4 / _PLANE)
+    axis = ((np.arange(_PLANE) + 0.5) / _PLANE * 2 - 1) * reach
+    cosine = 1 / np.sqrt(1 + axis**2 + axis[:, None] ** 2)
+    image = (falloff(spot, cosine) * cosine**3 / np.pi)[:, :, None] * np.asarray(spot.intensity, float)
+    place = np.eye(4)
+    place[:3, :3], place[:3, 3] = spot.frame.T, spot.position
+    place[:3, 0] *= np.sign(np.linalg.det(place[:3, :3]))
+    return {
+        "type": "projector", "to_world": mi.ScalarTransform4f(place), "fov": float(2 * np.degrees(np.arctan(reach))),
+        "irradiance": {"type": "bitmap", "bitmap": mi.Bitmap(image.astype(np.float32)), "raw": True},
+    }  # fmt: skip
