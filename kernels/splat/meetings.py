@@ -15,13 +15,11 @@ import numpy as np
 
 from ..facets import Facets, cross, extents
 from ..halfedges import AFTER
-from ..maps.coverage import edge_coverage
-from ..maps.uv_raster import cross2
 from ..optics import cosine_refracted, fresnel_transmittance
 from ..rays import MISS, Tracer
+from .slopes import sheets, slopes_round, squared_slopes, steepness
 
 _MOST = 4  # meetings after the first that are followed
-_GRID = 128  # cells along each side of the plan in which sheets of water are counted
 _OVERLAP = 1e-6  # of a cell
 _OFF, _ROUNDING = 1e-3, 4e-6  # of the water's edges, and of its extent
 _NEEDLE = 4.0  # squared slope of a triangle over its edges', unless they all lie within 30 degrees in plan
@@ -69,13 +67,13 @@ class Meetings:
         self._solids, self._eta = solids, eta
         facets = facets or Facets.of(positions, normals, triangles, normal_triangles)
         across = facets.outward()
-        squared = _squared_slopes(across)
+        squared = squared_slopes(across)
         at = np.flatnonzero(squared > _CALM**2)
-        round_it = _slopes_round(positions[triangles[at]], normals[normal_triangles[at]])
+        round_it = slopes_round(positions[triangles[at]], normals[normal_triangles[at]])
         squared[at] = np.minimum(squared[at], _NEEDLE * round_it)
         self.steep = squared > _STEEP**2
         self.slope, self.gentle = (float(np.sqrt(v.max(initial=0))) for v in (squared, squared[~self.steep]))
-        self._stacked = np.isinf(self.slope) or _sheets(positions, triangles, twins) > 1 + _OVERLAP
+        self._stacked = np.isinf(self.slope) or sheets(positions, triangles, twins) > 1 + _OVERLAP
 
     @classmethod
     def of(cls, lit, twins, solids, eta):
@@ -100,7 +98,7 @@ class Meetings:
         """Whether no ray of a source, see `sources.py`, can meet the water again that is refracted into it, nor be in
         the shadow of other water: refracted rays lie between the light's direction and the normal."""
         towards = source.incident(self._positions.T)[0]
-        flattest = min(_steepness(towards), _steepness(self._normals.T))
+        flattest = min(steepness(towards), steepness(self._normals.T))
         return flattest > self.slope and not self._stacked
 
     def shaded(self, m, towards, distance=np.inf):
@@ -220,49 +218,3 @@ def _turn(across, normals, normal_triangles):
     """-1 (n,) where vectors across (3,n) of triangles point to the other side than their shading normals, else 1."""
     along = sum((across * normals[normal_triangles[:, k]].T).sum(0) for k in range(3))
     return np.where(along < 0, -1.0, 1.0)
-
-
-def _steepness(direction):
-    """Least rise over run of directions (3,k), below 0 for those that go down."""
-    run = np.sqrt(direction[0] ** 2 + direction[1] ** 2)
-    return (direction[2] / np.maximum(run, np.finfo(float).tiny)).min(initial=np.inf)
-
-
-def _squared_slopes(across):
-    """Squared slopes (T,) of triangles, by vectors across (3,T) them: inf for those that do not look up."""
-    x, y, z = across
-    run = x * x + y * y
-    with np.errstate(divide="ignore", invalid="ignore"):
-        squared = run / (z * z)
-    squared[z <= 0] = np.inf
-    squared[(z == 0) & (run == 0)] = 0  # no triangle at all
-    return squared
-
-
-def _slopes_round(corners, normals):
-    """Squared slope (n,) of the steepest edge or normal of triangles with corners and normals there (n,3,3)."""
-    steepest = np.zeros(len(corners))
-    for k in range(3):
-        x, y, z = (corners[:, k] - corners[:, k - 1]).T
-        with np.errstate(over="ignore"):
-            edge = z * z / np.maximum(x * x + y * y, np.finfo(float).tiny)
-        steepest = np.maximum(np.maximum(steepest, edge), _squared_slopes(normals[:, k].T))
-    return steepest
-
-
-def _sheets(positions, triangles, twins):
-    """How many sheets of water that looks up lie over each other, at most, in the mean over a cell of the plan.
-
-    Its borders alone tell, since what triangles have in common cancels.
-    """
-    rim = np.flatnonzero(twins < 0)
-    if not len(rim):
-        return 0.0
-    plan = positions[:, :2]
-    start, end = plan[triangles[rim // 3, rim % 3]], plan[triangles[rim // 3, AFTER[rim % 3]]]
-    low = start.min(0)
-    cell = np.maximum((start.max(0) - low) / _GRID, np.finfo(float).tiny)
-    v0, v1, v2 = (plan[triangles[rim // 3, k]] for k in range(3))
-    wound = np.sign(cross2(v1 - v0, v2 - v0))
-    covered = edge_coverage(((start - low) / cell).T, ((end - low) / cell).T, wound[None], (_GRID, _GRID))
-    return float(covered.max())
