@@ -9,6 +9,7 @@ from ..operators.errors import DappleError
 from ..operators.last_bake import last_bake
 from ..operators.overlay import colour_name
 from .panels import Sidebar, wrapped
+from .properties import METHODS
 
 
 class DAPPLE_PT_status(Sidebar, bpy.types.Panel):
@@ -24,7 +25,9 @@ class DAPPLE_PT_status(Sidebar, bpy.types.Panel):
             return wrapped(layout, context, str(error))
         if bake is None:
             return wrapped(layout, context, "Nothing is baked yet in the output folder")
-        wrapped(layout, context, f"Frame {bake.frame}: {bake.method}, {bake.seconds:.2f} s")
+        names = {identifier: name for identifier, name, _ in METHODS}
+        method = names.get(bake.method, bake.method)
+        wrapped(layout, context, f"Frame {bake.frame}: {method}, {bake.seconds:.2f} s")
         wrapped(layout, context, f"{bake.reason[:1].upper()}{bake.reason[1:]}")
         _energy(layout.column(align=True), bake)
         _texels(layout.column(align=True), bake)
