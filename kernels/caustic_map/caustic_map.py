@@ -86,7 +86,7 @@ def _left(levels):
     their differences."""
     mean = levels[0].mean() if levels.size else 0.0
     if not mean > 0:
-        return 0.0
+        return 1.0  # if there is light, all of it is missing
     one, two = (((levels[k] - levels[k + 1]) ** 2).mean() / mean**2 for k in (0, 1))
     return float(one * (_RESOLVED if one < _FALLING * two else _UNRESOLVED))
 

@@ -95,10 +95,10 @@ class Landing:
         return cells, shares / total
 
     def _footprints(self, area, triangle):
-        """Mean area (parts,) [texel^2] of splats on each chart."""
-        area, part = area / self._area[self._image[triangle]], self._solids.part[triangle]
+        """Area (parts,) [texel^2] of splats on each chart, by their mean density."""
+        density, part = self._area[self._image[triangle]] / np.maximum(area, _TINY), self._solids.part[triangle]
         count = np.bincount(part, minlength=self.parts)
-        return np.bincount(part, area, self.parts) / np.maximum(count, 1)
+        return count / np.maximum(np.bincount(part, density, self.parts), _TINY)
 
     def rest(self, footprints):
         """Deviations [texel] of the Gaussians that are still to be given to splats of these areas, per receiver those

@@ -57,4 +57,6 @@ def combine(parts, texels):
     irradiance = sum((part for part, _ in parts[1:]), parts[0][0]) if parts else np.zeros((count, 3))
     light = irradiance @ np.full(3, 1 / 3)
     mean = light.sum() / max(count, 1)
-    return irradiance, light, float(sum(off for _, off in parts) / mean**2) if mean > 0 else 0.0
+    if not mean > 0:
+        return irradiance, light, 1.0 if parts else 0.0  # if there is light, all of it is missing
+    return irradiance, light, float(sum(off for _, off in parts) / mean**2)

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..facets import extents
 from ..optics import cosine_refracted, fresnel_transmittance
 
 _TRIANGLES = 1 << 13  # that are looked at, about
@@ -67,11 +68,11 @@ class Ripples:
 
 def _sampled(still, low, high):
     """Middles (2,n) in the plane, slopes (2,n) there, their derivatives (2,2,n) along the plane and plan areas (n,) of
-    some triangles between `low` and `high` (2,), those that face up."""
+    some triangles that reach between `low` and `high` (2,), those that face up."""
     water = still.water
     plan = still.to_plane(water.positions)[:2]
-    within = ((plan >= low[:, None]) & (plan <= high[:, None])).all(0)
-    ids = np.flatnonzero(np.take(within, water.triangles[:, 0]))
+    least, most = extents(plan.T, water.triangles)
+    ids = np.flatnonzero(((most >= low[:, None]) & (least <= high[:, None])).all(0))
     ids = ids[:: len(ids) // _TRIANGLES | 1]
     corner = np.take(plan, water.triangles[ids].T, axis=1)
     normal = np.tensordot(still.frame, water.normals[water.normal_triangles[ids]], (1, 2))

@@ -1,8 +1,8 @@
 """What temporal reuse does to a still, a slow and a fast pool: error, flicker and lag, for docs/temporal.md.
 
-Run as `.venv/bin/python tests/bench/bench_temporal.py`; it pins itself to one core, prints the table as it goes and
-writes it to docs/temporal_tables.md, with a picture of one frame. References are beams of a tolerance of 1e-6 on the
-same mesh. Points have another seed in every frame, as noise without reuse would.
+Run as `.venv/bin/python tests/bench/bench_temporal.py` with `flip-evaluator` from PyPI; it pins itself to one core,
+prints the table as it goes and writes it to docs/temporal_tables.md, with a picture of one frame. References are beams
+of a tolerance of 1e-6 on the same mesh. Points have another seed in every frame, as noise without reuse would.
 """
 
 from __future__ import annotations
@@ -19,10 +19,11 @@ from bench_stages import ROOT, Table, load_dapple, machine
 
 COMMAND = "`.venv/bin/python tests/bench/bench_temporal.py`"
 RESOLUTION, QUADS, FRAMES, WARM, RATE = 256, 128, 24, 10, 24.0
+FLIPPED = 12, 18, 23  # frames that FLIP is evaluated on
 SPEEDS = {"still": 0.0, "slow (a 20th)": 0.05, "true speed": 1.0}
 METHODS = {"beams": {"tolerance": 1e-2}, "points": {"tolerance": 0.3, "points": True}}
 SHARES = (0.0, 0.5, 0.8)
-TITLES = ("waves", "method", "share", "error", "flicker", "lag [frames]")
+TITLES = ("waves", "method", "share", "error", "MAE", "FLIP", "flicker", "lag [frames]")
 
 
 def at(seconds):
@@ -67,15 +68,20 @@ def kept(frames, share):
 
 
 def measures(images, truth):
-    """Error over the mean square; flicker, the mean absolute second difference in time over the mean; lag, by how many
-    frames' motion the pictures trail: what of the error lies along the way back to the frame before."""
+    """Error over the mean square; mean absolute error over the mean; HDR-FLIP; flicker, the mean absolute second
+    difference in time over the mean; lag, by how many frames' motion the pictures trail: what of the error lies along
+    the way back to the frame before."""
+    import flip_evaluator
     import numpy as np
 
     off = (images - truth)[WARM:]
     back = (truth[WARM - 1 : -1] - truth[WARM:]) if (truth[1:] != truth[:-1]).any() else None
     flicker = np.abs(np.diff(images[WARM:], 2, axis=0)).mean() / truth.mean()
     lag = float((off * back).sum() / (back**2).sum()) if back is not None else float("nan")
-    return (off**2).mean() / (truth[WARM:] ** 2).mean(), flicker, lag
+    mean = np.abs(off).mean() / truth[WARM:].mean()
+    pairs = [[np.repeat(i[k][..., None], 3, 2).astype(np.float32) for i in (truth, images)] for k in FLIPPED]
+    flip = np.mean([flip_evaluator.evaluate(*pair, "HDR")[1] for pair in pairs])
+    return (off**2).mean() / (truth[WARM:] ** 2).mean(), mean, flip, flicker, lag
 
 
 def measure(rows):
@@ -83,13 +89,14 @@ def measure(rows):
     pictures = {}
     for waves, speed in SPEEDS.items():
         truth = kept(list(sequence(speed, tolerance=1e-6)), 0.0)
-        rows.add(waves, "reference", "", "", f"{measures(truth, truth)[1]:.3g}", "")
+        rows.add(waves, "reference", "", "", "", "", f"{measures(truth, truth)[3]:.3g}", "")
         for method, words in METHODS.items():
             frames = list(sequence(speed, **words))
             for share in SHARES:
                 images = kept(frames, share)
-                error, flicker, lag = measures(images, truth)
-                rows.add(waves, method, f"{share:g}", f"{error:.2g}", f"{flicker:.3g}", f"{lag:.2f}")
+                error, mean, flip, flicker, lag = measures(images, truth)
+                cells = f"{error:.2g}", f"{mean:.3g}", f"{flip:.3f}", f"{flicker:.3g}", f"{lag:.2f}"
+                rows.add(waves, method, f"{share:g}", *cells)
                 pictures[waves, method, share] = images[-1]
         pictures[waves] = truth[-1]
     return pictures

@@ -7,7 +7,7 @@ import inspect
 
 import pytest
 
-from dapple.tests.stability.judge import COMPLETE, METHODS, NOT_MEANS, ONE_PATH, SAMPLED, judge, run
+from dapple.tests.stability.judge import COMPLETE, METHODS, NOT_MEANS, ONE_PATH, RUNGS, SAMPLED, judge, judge_rung, run
 from dapple.tests.stability.table import Row, page
 
 ROWS = pytest.StashKey[list]()
@@ -46,6 +46,10 @@ def every_method(row):
             row.cells[method] = verdict
             if verdict.outcome == "wrong" or (verdict.outcome == "reported" and method in right):
                 bad.append(f"{method}: {verdict.outcome}, {verdict.why}")
+        for rung in RUNGS:
+            verdict = row.cells[rung] = judge_rung(run(scene, resolution, rung), expected)
+            if verdict.outcome == "wrong":
+                bad.append(f"{rung}: {verdict.why}")
         assert not bad, "; ".join(bad)
 
     return check

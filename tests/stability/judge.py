@@ -20,6 +20,13 @@ METHODS = {
     "all roots": Settings(method="conic_walk", tolerance=1e-3),
     "first root": Settings(method="conic_walk", first_root=True),
 }
+RUNGS = {
+    "flat": Settings(method="flat"),
+    "sun map": Settings(method="sun_map"),
+    "caustic map": Settings(method="caustic_map", grid=128),
+}  # methods that make do with less, and say by how much they may be off
+RUNG_TOLERANCE = 1e-2  # a draft's
+_DOUBT = 4  # times what a rung says of its error: more is wrong
 COMPLETE = ("beams", "points", "all roots")  # methods that are to find all of the light
 EVERY = (*COMPLETE, "first root")
 SAMPLED = ("points", "all roots")  # as exact as the tolerance that they are asked for
@@ -27,6 +34,7 @@ _POINTS = 8
 ONE_PATH = r"every path to a texel but the first"
 NOT_MEANS = r"the mean over the texel"
 TWICE = r"meets the water twice"
+WOUND = r"wound against their neighbours"
 EXPLAINING = (
     Status.NO_WATER,
     Status.OFF_THE_RIM,
@@ -54,7 +62,7 @@ def run(scene, resolution, method, surface="mesh"):
     The first root knows points only: its map is the mean over 8 x 8 points a texel, with the most
     telling status.
     """
-    settings = replace(METHODS[method], surface=surface)
+    settings = replace({**METHODS, **RUNGS}[method], surface=surface)
     points = _POINTS if settings.first_root else 1
     texels = [rasterise(receiver, resolution * points, settings.padding) for receiver in scene.receivers]
     answer = solve(scene, texels, settings)
@@ -95,3 +103,23 @@ def judge(images, statuses, left_out, expected, tolerance, worst, sentences=()):
             if re.search(sentence, said):
                 return Verdict("reported", f"left out: {said}", error)
     return Verdict("wrong", f"error {error:.1e}, {off.sum()} of {len(off)} texels off and silent", error)
+
+
+def judge_rung(answer, expected):
+    """Verdict on a Solution by one of RUNGS: right within RUNG_TOLERANCE; reported where its estimated error says how
+    far it is off, within a factor of 4, or that it is of no use, or where water wound against itself is said."""
+    image = np.concatenate([i[..., 0].ravel() for i in answer.images])
+    owned = np.concatenate([s.ravel() for s in answer.status]) != Status.EMPTY
+    wanted, noise = (np.concatenate([i.ravel() for i in part])[owned] for part in (expected.images, expected.errors))
+    assert (np.isfinite(image) & (image >= 0)).all(), "light that is negative or no number is never right"
+    mean = wanted.mean() or 1.0
+    error = ((image[owned] - wanted) ** 2 - noise**2).mean() / mean**2
+    if error <= RUNG_TOLERANCE:
+        return Verdict("right", f"{max(error, 0):.1e}", error)
+    estimate = answer.diagnostics.estimated_error
+    if estimate is not None and (estimate >= 1 or error <= RUNG_TOLERANCE + _DOUBT * estimate):
+        return Verdict("reported", "its estimated error", error)
+    for said in answer.diagnostics.left_out:
+        if re.search(WOUND, said):
+            return Verdict("reported", f"left out: {said}", error)
+    return Verdict("wrong", f"error {error:.1e}, estimated {estimate}", error)

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from dapple.tests.stability.judge import METHODS
+from dapple.tests.stability.judge import METHODS, RUNGS
 
 _HEAD = """# Stability
 
@@ -12,6 +12,9 @@ a part of what is expected there). Points and all roots are as exact as they are
 and half of a texel's light are theirs on top. The first root is judged by its mean over 8 x 8 points a texel.
 *Reported*: not right, but every texel that is off carries a status that says why, or a sentence of the record
 (`left_out`) does. **Wrong**: off, and silent. No cell may be.
+Flat, sun map and caustic map make do with less, and are judged by how honest they are: *right* within 1e-2, a draft's
+tolerance; *reported* where their estimated error tells how far they are off, within a factor of 4, or is 1 or more: of
+no use. A planner that goes by their estimates takes none that fails. The caustic map is that of 128 points.
 
 Unless a row says otherwise the water is the mesh as it is, without reconstruction. The last column says why the
 expected answer is right.
@@ -32,7 +35,7 @@ class Row:
 
     def line(self, notes):
         """The row as Markdown; sentences of reported cells go into `notes`, and their number into the cell."""
-        cells = [_cell(self.cells.get(method), notes) for method in METHODS]
+        cells = [_cell(self.cells.get(method), notes) for method in (*METHODS, *RUNGS)]
         name = self.name.rstrip(".") + (f" ({self.case})" if self.case else "")
         why = self.why.replace("|", "&#124;")
         return f"| {name} | {' | '.join(cells)} | {self.tolerance} | {why} |"
@@ -44,8 +47,8 @@ def page(rows):
     notes, lines = {}, []
     for row in rows:
         lines.append(row.line(notes))
-    head = f"| construction | {' | '.join(METHODS)} | tolerance | expected, and why |"
-    rule = "|---" * (len(METHODS) + 3) + "|"
+    head = f"| construction | {' | '.join((*METHODS, *RUNGS))} | tolerance | expected, and why |"
+    rule = "|---" * (len(METHODS) + len(RUNGS) + 3) + "|"
     told = [f"{number}. {text}" for text, number in notes.items()]
     return "\n".join([_HEAD, head, rule, *lines, "", "What is reported:", "", *told, ""])
 
