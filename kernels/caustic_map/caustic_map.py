@@ -41,8 +41,8 @@ def solve(scene, texels, settings):
     """Irradiance of a Scene on Texels (one per receiver) by caustics maps; see `scene.Solution`.
 
     Settings.iterations, 1 to 5, is how often a landing point is looked up again; Settings.grid the number of points
-    along the water as the light sees it, 0 for as many as the tolerance asks for. Raises ValueError for others, and
-    where texels and receivers do not match.
+    along the water as the light sees it, 0 for as many as the tolerance asks for, while more of them help. Raises
+    ValueError for others, and where texels and receivers do not match.
     """
     check_texels(scene, texels)
     if not 1 <= settings.iterations <= 5 or settings.grid < 0:
@@ -54,8 +54,9 @@ def solve(scene, texels, settings):
     seconds = {"prepare": time.perf_counter() - start}
     start, grid = time.perf_counter(), settings.grid or _GRIDS[0]
     irradiance, error, work = _by(maps, texels, grid, settings)
-    while not settings.grid and error > settings.tolerance and 2 * grid <= _GRIDS[1]:
-        grid *= 2
+    before = np.inf
+    while not settings.grid and settings.tolerance < error < _FALLING * before and 2 * grid <= _GRIDS[1]:
+        grid, before = 2 * grid, error
         irradiance, error, work = _by(maps, texels, grid, settings)
     work.seconds = {**seconds, "map": time.perf_counter() - start}
     work.reason += f", {grid} points along it"
@@ -78,7 +79,10 @@ def _by(maps, texels, grid, settings):
         levels[0] += light
         for k in (1, 2):
             levels[k] += one.draw(max(grid >> k, 1), settings.iterations + 1)[0]
-    return levels[0], _left(levels.mean(2)), work
+    area = np.concatenate([np.zeros(0), *(t.area for t in texels)])
+    arrived, occluded = (area @ levels[0]).sum(), np.sum(work.flux_lost.get("occluded", 0.0))
+    doubt = occluded / arrived if arrived > 0 else 0.0  # as much as that may in truth have passed behind what is seen
+    return levels[0], _left(levels.mean(2)) + float(doubt), work
 
 
 def _left(levels):

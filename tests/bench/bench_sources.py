@@ -26,17 +26,17 @@ def tables():
     from bench import source_water as water
 
     return {
-        "000: paths at 64 x 64 points, 33 thousand triangles": (water.MANIFOLD_HEAD, water.manifold_rows),
-        "000: the walk to the first root at 128 x 128 texels": (water.TRIANGLE_HEAD, water.triangle_rows),
-        "000: photon maps at 128 x 128 texels, waves a third as high as the pool's": (
+        "The conic walk: paths at 64 x 64 points, 33 thousand triangles": (water.MANIFOLD_HEAD, water.manifold_rows),
+        "The conic walk: triangles, to the first root at 128 x 128 texels": (water.TRIANGLE_HEAD, water.triangle_rows),
+        "The conic walk: photon maps at 128 x 128 texels, waves a third as high as the pool's": (
             water.PHOTON_HEAD,
             water.photon_rows,
         ),
-        "001: photons over casters, 128 x 128 texels": (maps.PHOTON_HEAD, maps.photon_rows),
-        "001: surfaces that light meets": (maps.SURFACE_HEAD, maps.surface_rows),
-        "003: look-ups": (maps.LOOK_UP_HEAD, maps.look_up_rows),
-        "003: grids at 256 x 256 texels": (maps.GRID_HEAD, maps.grid_rows),
-        "003: glass by two surfaces": (maps.GLASS_HEAD, maps.glass_rows),
+        "The caustics volume: photons over casters, 128 x 128 texels": (maps.PHOTON_HEAD, maps.photon_rows),
+        "The caustics volume: surfaces that light meets": (maps.SURFACE_HEAD, maps.surface_rows),
+        "Caustics mapping: look-ups": (maps.LOOK_UP_HEAD, maps.look_up_rows),
+        "Caustics mapping: grids at 256 x 256 texels": (maps.GRID_HEAD, maps.grid_rows),
+        "Caustics mapping: glass by two surfaces": (maps.GLASS_HEAD, maps.glass_rows),
     }
 
 

@@ -1,4 +1,4 @@
-"""What sources 001 and 003 claim, measured: photons and surfaces over casters; look-ups and grids of caustic maps."""
+"""What caustics volumes and caustics mapping claim, measured: photons and surfaces; look-ups and grids."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What source 000 claims of its walk, measured on the pool: against manifold sampling, triangles, and photon maps."""
+"""What the conic walk's source claims, measured on the pool: manifold sampling, triangles, and photon maps."""
 
 from __future__ import annotations
 
