@@ -40,6 +40,8 @@ def test_every_quote_is_said(root):
     assert wrong == [] and len(quotes(root)) > 15
 
 
-@pytest.mark.parametrize("quote", ["There are no receivers; buy a collection", "...", "Object '...' is both, alas, now"])
+@pytest.mark.parametrize(
+    "quote", ["There are no receivers; buy a collection", "...", "Object '...' is both, alas, now"]
+)
 def test_a_wrong_quote_is_noticed(root, quote):
     assert not is_said(quote, sentences(root))
