@@ -10,6 +10,7 @@ n_d = 1.3330 and V_d = 55.7 [2]. A channel is light of one wavelength, the domin
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -20,6 +21,7 @@ from .status import Status, counts
 
 WATER_ABBE = 55.7
 _D, _F, _C = 587.56, 486.13, 656.27  # nm: Fraunhofer's lines
+_SHARE = re.compile(r"[\d.]+%")  # in which sentences on one thing differ from channel to channel
 _CHANNELS = np.array([611.4, 549.1, 464.2])  # nm
 
 
@@ -86,7 +88,8 @@ def _sum(solutions):
     work.texels = counts(np.concatenate([np.zeros(0, np.uint8), *(s.ravel() for s in status)]))
     errors = [b.estimated_error for b in books if b.estimated_error is not None]
     work.estimated_error = max(errors) if errors else None
-    work.left_out = list(dict.fromkeys(sentence for b in books for sentence in b.left_out))
+    said = {_SHARE.sub("", sentence): sentence for b in books for sentence in b.left_out}
+    work.left_out = list(said.values())
     return Solution(images, status, work)
 
 

@@ -11,7 +11,7 @@ from dapple.kernels.casters import Glass
 from dapple.kernels.dispersion import etas, solve_channels
 from dapple.kernels.maps.texels import rasterise
 from dapple.kernels.methods import solve
-from dapple.kernels.scene import Occluder, Scene, Settings
+from dapple.kernels.scene import Diagnostics, Occluder, Scene, Settings, Solution
 
 APEX, INCIDENCE = np.radians(50.0), np.radians(40.0)
 
@@ -97,3 +97,17 @@ def test_mirrors_and_bubbles_part_no_colours():
     """Air has the index 1 in every colour; water that is not there has none."""
     casters = ball(0.2, (0, 0, 0.5), 8, Glass(1.0)), ball(0.1, (1, 0, 0.5), 8, SILVER)
     assert len(given(Scene(no_water(), (floor(),), (), (sun(),), casters=casters), 20.0)) == 1
+
+
+def test_what_every_colour_leaves_out_is_said_once():
+    """Though each loses another share of its light to it."""
+
+    def method(scene, texels, settings):
+        share = 0.1 * scene.casters[0].material.eta
+        return Solution(
+            (), (), Diagnostics("m", "r", left_out=[f"light that goes astray: {share:.1%} of all", "lamps"])
+        )
+
+    scene = Scene(no_water(), (), (), (sun(),), casters=(ball(0.2, fine=8),))
+    said = solve_channels(method, scene, [], Settings(dispersion=5.0)).diagnostics.left_out
+    assert [s[:23] for s in said] == ["light that goes astray:", "lamps"]

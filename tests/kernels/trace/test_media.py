@@ -52,10 +52,10 @@ def test_glass_of_two_tints_on_one_body_is_one_medium():
 @pytest.mark.parametrize("order", [1, -1])
 def test_what_lies_inside_displaces_what_is_round_it_in_any_order(order):
     """A ball of air in a block of glass, whichever is listed first."""
-    block, hole = slab((-9, -9, -3), (9, 9, 3)), ball(fine=256, material=Glass(1.0))
+    block, hole = slab((-9, -9, -3), (9, 9, 3)), ball(fine=128, material=Glass(1.0))
     rays, _ = follow(scene(*(block, hole)[::order]), [(0.5, 0, 9)], [(0, 0, -1)], word=0b11111)
     t = np.arcsin(0.5 * 1.5)
-    assert rays.direction[0, 0] == pytest.approx(1.5 * np.sin(2 * (t - np.arcsin(0.5))), abs=2e-3)
+    assert rays.direction[0, 0] == pytest.approx(1.5 * np.sin(2 * (t - np.arcsin(0.5))), abs=4e-3)
 
 
 def test_glass_in_liquid_in_the_same_glass():
