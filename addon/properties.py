@@ -170,9 +170,9 @@ class DappleProgress(bpy.types.PropertyGroup):
 
     def _redraw(self):
         for window in self.id_data.windows:
-            for area in window.screen.areas:
-                if area.type == "VIEW_3D":
-                    area.tag_redraw()
+            areas = [area for area in window.screen.areas if area.type == "VIEW_3D"]
+            for region in (region for area in areas for region in area.regions if region.type == "UI"):
+                region.tag_redraw()  # the sidebar only: the view itself may take long
 
 
 class DappleSettings(bpy.types.PropertyGroup):

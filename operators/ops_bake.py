@@ -140,9 +140,8 @@ class _Bake:
             refresh(self._request.receivers, step.folder)
             text = "a first picture is shown, a better one comes"
         elif isinstance(step, Waiting):
-            text = f"{step.done} of {step.total} frames; {step.message}"
-            if step.left is not None:
-                text += f"; about {clock(step.left)} left"
+            left = "" if step.left is None else f"about {clock(step.left)} left"
+            text = "; ".join(filter(None, (f"{step.done} of {step.total} frames", step.message, left)))
         else:
             self._take(step)
             self._show()
