@@ -6,7 +6,7 @@ import bpy
 
 from ..operators import live
 from ..operators.choose import flagged_receivers
-from ..operators.forecast import forecast
+from ..operators.forecast import forecast, size
 from ..operators.receivers import can_receive
 
 
@@ -125,7 +125,7 @@ class DAPPLE_PT_output(Sidebar, bpy.types.Panel):
         layout.prop(settings, "tile")
         layout.prop(settings, "workers")
         workers, each = forecast(context.scene, context.view_layer)
-        status = f"{workers} at once, about {each / 1e9:.2g} GB each"
+        status = f"{workers} at once, about {size(each)} each"
         layout.label(text=status, icon="MEMORY", translate=False)
 
 

@@ -19,6 +19,11 @@ def forecast(scene, view_layer):
     return workers, each
 
 
+def size(count):
+    """Bytes as people read them: 80 MB, 1.3 GB."""
+    return f"{count / 1e9:.1f} GB" if count >= 1e9 else f"{count / 1e6:.0f} MB"
+
+
 def _triangles(water, depsgraph):
     """How many triangles the water has, as far as it was evaluated."""
     if water is None or depsgraph is None:

@@ -20,21 +20,29 @@ def blur_wide(flux, on, home, moments):
     """
     moments = moments[:, home[on]]
     inside = np.where(on, flux, 0.0)
-    kernels, parts = [], []
+    kernels, sizes, parts = [], [], []
     for own, weight in representatives(moments):
         kernels.append(kernel(own))
+        sizes.append(len(kernels[-1]))
+        kernels[-1] = _within(kernels[-1], max(flux.shape))
         part = np.zeros(flux.shape)
         part[on] = inside[on] * weight
         parts.append(part)
+    largest = kernels[int(np.argmax(sizes))]
     blurred = on * _convolved(parts, kernels)
     blurred[blurred < _ROUNDING * inside.sum()] = 0  # what the transform leaves where no light is
-    return np.where(on, blurred + _kept(inside, on, moments, kernels, inside.sum() - blurred.sum()), flux)
+    return np.where(on, blurred + _kept(inside, on, moments, largest, inside.sum() - blurred.sum()), flux)
 
 
-def _kept(inside, on, moments, kernels, gone):
-    """Flux of which `gone` left the chart, where such light comes from: as the largest ellipse tells, and each one's
-    own."""
-    largest = max(kernels, key=len)
+def _within(shares, side):
+    """The part of a kernel that joins two cells of an image with sides of up to `side` cells: the rest leaves it."""
+    over = max(0, len(shares) // 2 - (side - 1))
+    return shares[over : len(shares) - over, over : len(shares) - over].copy() if over else shares
+
+
+def _kept(inside, on, moments, largest, gone):
+    """Flux of which `gone` left the chart, where such light comes from: as the kernel of the largest ellipse tells, and
+    each one's own."""
     leaves = inside * np.clip(1 - _convolved([on.astype(float)], [largest]), 0, 1)
     leaves[on] *= np.sqrt(moments[0] + moments[1])
     return leaves * (gone / leaves.sum()) if leaves.sum() > 0 else 0.0
