@@ -78,20 +78,25 @@ class _Replica:
     """One of the two pictures."""
 
     def __init__(self, scene, texels, settings, kept, number):
-        self._scene, self._texels = scene, texels
-        many = any(map(_wide, scene.lights))
-        tolerance = (_BEAMS if many else _FINE)[number]
-        if settings.surface == "auto" and len(scene.water.triangles):
-            # With the disc that the lights have, which blurs what a surface leaves.
-            water, _ = sound_water(scene.water)
-            water, _ = kept.reconstruction.apply(water, Need.of(scene, texels, _SURFACE[number]))
-            self._scene = replace(scene, water=water)
+        self._texels = texels
+        tolerance = (_BEAMS if any(map(_wide, scene.lights)) else _FINE)[number]
+        self._scene = smooth(scene, texels, settings, kept, number)
         self._settings = replace(settings, tolerance=tolerance, seed=settings.seed + number, surface="mesh")
 
     def light(self, lights):
         """Light (K,3) of some lights together, and what the method says of its error."""
         solution = solve(replace(self._scene, lights=lights), self._texels, self._settings)
         return light_of(self._texels, solution.images), solution.diagnostics.estimated_error
+
+
+def smooth(scene, texels, settings, kept, replica=0):
+    """The Scene with the water that a replica of the reference is made of, where `settings` ask for a smooth one."""
+    if settings.surface != "auto" or not len(scene.water.triangles):
+        return scene
+    water, _ = sound_water(scene.water)
+    # With the disc that the lights have, which blurs what a surface leaves.
+    water, _ = kept.reconstruction.apply(water, Need.of(scene, texels, _SURFACE[replica]))
+    return replace(scene, water=water)
 
 
 def _wide(light):
