@@ -129,14 +129,14 @@ def test_gentle_waves_come_nearer_with_the_grid(changes):
         answer = solved(scene, grid=count)
         errors.append(difference(answer, true))
         if count >= 128:
-            assert errors[-1] / 1.5 < answer.diagnostics.estimated_error
+            assert errors[-1] / 2.5 < answer.diagnostics.estimated_error
     assert errors[0] > 2 * errors[1] > 4 * errors[2] and errors[2] < 5e-3
 
 
 def test_grid_follows_the_tolerance():
     scene = pool(waves(0.1), quads=48)
-    rough, fine = (solved(scene, side=32, tolerance=t).diagnostics for t in (0.3, 1e-2))
-    assert rough.paths["splats"] < fine.paths["splats"] and fine.estimated_error <= 1e-2
+    rough, fine = (solved(scene, side=32, tolerance=t).diagnostics for t in (0.3, 4e-3))
+    assert rough.paths["splats"] < fine.paths["splats"] and fine.estimated_error <= 4e-3
 
 
 def test_water_absorbs_and_disperses():
