@@ -1,4 +1,4 @@
-"""Render the pool with baked caustics in EEVEE, and the same views path traced by Cycles without any bake.
+"""Render the pool with baked caustics in EEVEE, with the same maps in Cycles once, and by Cycles without any bake.
 
 Run as `.venv/bin/python tests/figures/render_pool.py`; it writes docs/images/pool_<view>_<engine>_<frame>.jpg. On two
 cores without a graphics card it takes about twenty-five minutes, most of it Cycles. Cycles gets what an artist would
@@ -42,12 +42,12 @@ def open_scene():
     render.use_overwrite = True
 
 
-def render_views(engine):
+def render_views(engine, frames=FRAMES, views=VIEWS):
     """Render every view on every frame; `engine` is a part of the files' names."""
     scene = bpy.context.scene
-    for frame in FRAMES:
+    for frame in frames:
         scene.frame_set(frame)
-        for view in VIEWS:
+        for view in views:
             scene.camera = bpy.data.objects[view]
             scene.render.filepath = str(IMAGES / f"pool_{view.lower()}_{engine}_{frame:03d}.jpg")
             bpy.ops.render.render(write_still=True)
@@ -65,17 +65,24 @@ def render_eevee(folder):
     attach(bpy.context, request.receivers, request.out, request.water)
     bpy.context.scene.eevee.taa_render_samples = 16
     render_views("eevee")
+    set_up_cycles(samples=48)
+    render_views("maps", FRAMES[:1], VIEWS[:1])
+
+
+def set_up_cycles(samples):
+    """Let Cycles render, small and not denoised."""
+    scene = bpy.context.scene
+    scene.render.engine = "CYCLES"
+    scene.cycles.device = "CPU"
+    scene.cycles.samples = samples
+    scene.cycles.use_denoising = False
+    scene.render.resolution_x, scene.render.resolution_y = 640, 360
 
 
 def render_cycles():
     """Render the file as it is by path tracing."""
     open_scene()
-    scene = bpy.context.scene
-    scene.render.engine = "CYCLES"
-    scene.cycles.device = "CPU"
-    scene.cycles.samples = 128
-    scene.cycles.use_denoising = False
-    scene.render.resolution_x, scene.render.resolution_y = 640, 360
+    set_up_cycles(samples=128)
     render_views("cycles")
 
 
