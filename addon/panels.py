@@ -56,6 +56,7 @@ class DAPPLE_PT_scene(Sidebar, bpy.types.Panel):
             if flagged:
                 wrapped(layout, context, f"Receive Shadow Caustics marks {len(flagged)} receiver(s)", icon="INFO")
             layout.operator("dapple.choose", icon="RESTRICT_SELECT_OFF")
+        layout.operator("dapple.lightmap_uvs", icon="UV")
         _draw_map(layout, settings, context.object)
 
 

@@ -12,6 +12,7 @@ from ..operators.ops_choose import DAPPLE_OT_choose
 from ..operators.ops_export import DAPPLE_OT_export
 from ..operators.ops_live import DAPPLE_OT_live_preview
 from ..operators.ops_overlay import DAPPLE_OT_show_status
+from ..operators.ops_uvs import DAPPLE_OT_lightmap_uvs
 from . import panel_status, panels
 from .properties import DappleObject, DappleProgress, DappleSettings
 
@@ -26,6 +27,7 @@ CLASSES = (
     DAPPLE_OT_attach,
     DAPPLE_OT_detach,
     DAPPLE_OT_choose,
+    DAPPLE_OT_lightmap_uvs,
     DAPPLE_OT_live_preview,
     DAPPLE_OT_show_status,
     DAPPLE_OT_export,

@@ -14,7 +14,8 @@ import bpy
 
 from . import attach_nodes, attach_shadow, attach_slots
 from .errors import DappleError
-from .find import find_object
+from .find import find_object, shown_by
+from .mesh_arrays import LAYER
 from .receivers import map_name
 from .write import folder_name
 
@@ -32,7 +33,7 @@ def attach(context: bpy.types.Context, receiver_names, out_dir, caster_names=())
     """
     notes = [_UNSEEN.format(name) for name in receiver_names if _object(name).type == "EMPTY"]
     receivers = [_receiver(name) for name in receiver_names if _object(name).type != "EMPTY"]
-    casters = [shown for name in caster_names for shown in attach_shadow.shown_by(_named(name))]
+    casters = [shown for name in caster_names for shown in shown_by(_named(name))]
     maps = [_find_maps(receiver, Path(out_dir)) for receiver in receivers]
     # What is attached already goes first, so that no copy is made of it.
     for receiver in receivers:
@@ -67,7 +68,7 @@ def show_images(context, receiver_names, images, caster_names) -> list[bpy.types
         for tree in _trees(obj):
             attach_nodes.update(tree, sequence)
     for name in caster_names if new else ():
-        for caster in attach_shadow.shown_by(_named(name)):
+        for caster in shown_by(_named(name)):
             attach_shadow.make_opaque(caster)
     return new
 
@@ -110,8 +111,10 @@ def _attach_one(receiver, files):
 def _light(receiver, sequence):
     """Add the light of a Sequence to the materials of a receiver; returns sentences on what the user should know."""
     materials, notes = attach_slots.make_own(receiver)
-    # Baked by the UV map that renders; one that only modifiers make is no layer of the mesh, and empty means it too.
-    uv_map = next((layer.name for layer in receiver.data.uv_layers if layer.active_render), "")
+    # Baked by our own UV map or the one that renders; one that only modifiers make is no layer of the mesh, and empty
+    # means it too.
+    layers = receiver.data.uv_layers
+    uv_map = LAYER if LAYER in layers else next((layer.name for layer in layers if layer.active_render), "")
     for material in materials:
         # It may be a copy of a material that shows the map of an object that is not attached now.
         attach_nodes.strip(material.node_tree)

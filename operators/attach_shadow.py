@@ -11,17 +11,8 @@ from __future__ import annotations
 
 import bpy
 
-from .find import can_be_water, shows_collection
-
 SHADOW = "dapple_shadow"
 DIFFUSE = "dapple_diffuse"
-
-
-def shown_by(obj: bpy.types.Object) -> list[bpy.types.Object]:
-    """List the objects that cast the shadow of `obj`: those of the collection that it shows, or itself."""
-    if not shows_collection(obj):
-        return [obj]
-    return [mesh for inner in obj.instance_collection.all_objects for mesh in shown_by(inner) if can_be_water(mesh)]
 
 
 def make_opaque(caster: bpy.types.Object) -> None:

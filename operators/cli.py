@@ -14,7 +14,11 @@ from .bake import bake, request_from_scene
 from .chart import command as chart
 from .errors import DappleError
 from .exr_file import is_whole
+from .lightmap_uvs import supply
 
+_UNSAVED = (
+    "The file itself stays as it is: press Make Lightmap UVs in it, which makes the same, before you attach maps."
+)
 _SETTINGS = ("method", "surface", "tolerance", "resolution", "dispersion", "match_cycles", "bounces", "reuse", "tile")
 
 
@@ -42,6 +46,9 @@ def _bake(words):
     settings = replace(request.settings, **{key: value for key, value in given.items() if value is not None})
     workers = request.workers if words.workers is None else words.workers
     request = replace(request, settings=settings, full=request.full or words.full_float, workers=workers)
+    made = supply(bpy.context, request)
+    if made:
+        print(f"dapple: {made} {_UNSAVED}", flush=True)
     said, maps = set(), []
     for progress in bake(bpy.context, request):
         print(f"[{progress.done}/{progress.total}] {progress.message}", flush=True)

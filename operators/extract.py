@@ -17,7 +17,7 @@ from .errors import DappleError
 from .find import can_be_water, checked_object
 from .lamps import read_lights
 from .mesh_arrays import check_mesh, read_geometry, read_uvs
-from .receivers import Maps, can_receive, map_name, shows_receivers
+from .receivers import Maps, can_receive, flat_parts, map_name, shows_receivers
 from .speculars import MOST_ROUGHNESS
 from .volume import read_volume
 from .water import Waters
@@ -65,6 +65,7 @@ def read_scene(depsgraph, water_names, receiver_names, topology, volume=None):
     warnings += remarks + found.meshes.warnings + _unseen(depsgraph, found.seen, {*picked, *receivers})
     box = read_volume(volume, depsgraph) if volume else None
     scene = Scene(water, found.maps.receivers(), occluders, lights, eta, sigma_a, casters, box)
+    warnings += flat_parts(scene.receivers)
     return scene, list(dict.fromkeys(warnings))
 
 
@@ -144,7 +145,7 @@ def _read_receiver(shown, matrix=_UNMOVED):
     arrays, uvs = _read(shown, matrix, read_uvs)
     check_mesh(f"Receiver '{name}'", arrays)
     if uvs is None:
-        raise DappleError(f"Receiver '{name}' has no UV map; unwrap it (in Edit Mode: UV > Lightmap Pack).")
+        raise DappleError(f"Receiver '{name}' has no UV map; unwrap it, or press Make Lightmap UVs.")
     return arrays, uvs
 
 

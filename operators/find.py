@@ -34,6 +34,13 @@ def can_be_water(obj) -> bool:
     return obj.type in _GIVES_MESH or shows_collection(obj)
 
 
+def shown_by(obj):
+    """The objects whose meshes an object shows: those of the collection that it shows, or itself."""
+    if not shows_collection(obj):
+        return [obj]
+    return [mesh for inner in obj.instance_collection.all_objects for mesh in shown_by(inner) if can_be_water(mesh)]
+
+
 def checked_object(name, serves):
     """The object of a name; raises DappleError unless there is one and it `serves`."""
     found = find_object(name)

@@ -13,6 +13,8 @@ import numpy as np
 from ..kernels.halfedges import build_twins
 from .errors import DappleError
 
+LAYER = "Dapple"  # the UV map that is made for lightmaps
+_VECTORS = {"FLOAT2": 2, "FLOAT_VECTOR": 3}
 _BY_HAND = 0.01  # rad: by how much a normal set by hand differs from smooth shading, at least
 
 
@@ -135,15 +137,34 @@ def _corner_vertices(mesh):
     return vertices
 
 
+def lightmap_layer(mesh):
+    """The name of the UV map that lays out a mesh's lightmap: our own, else the one that renders, else a vector that
+    geometry nodes stored under a usual name; empty where there is none."""
+    if LAYER in mesh.uv_layers:
+        return LAYER
+    renders = [layer.name for layer in mesh.uv_layers if layer.active_render] or [
+        layer.name for layer in mesh.uv_layers
+    ]
+    vectors = (mesh.attributes.get(name) for name in (LAYER, "UVMap"))
+    stored = [a.name for a in vectors if a and a.data_type in _VECTORS and a.domain in ("CORNER", "POINT")]
+    return next(iter(renders + stored), "")
+
+
 def read_uvs(mesh, arrays):
-    """UVs (T,3,2) float64 of the layer that is active for rendering, one per corner; None where there is no layer."""
-    layer = next((layer for layer in mesh.uv_layers if layer.active_render), None)
-    if layer is None:
+    """UVs (T,3,2) float64 of the layer `lightmap_layer`, one per corner; None where there is none."""
+    name = lightmap_layer(mesh)
+    if not name:
         return None
-    uvs = np.empty((len(mesh.loops), 2), dtype=np.float32)
-    if len(uvs):
-        layer.uv.foreach_get("vector", uvs.ravel())
-    return uvs.astype(np.float64)[arrays.corners]
+    if name in mesh.uv_layers:
+        uvs, index = np.empty((len(mesh.loops), 2), dtype=np.float32), arrays.corners
+        if len(uvs):
+            mesh.uv_layers[name].uv.foreach_get("vector", uvs.ravel())
+    else:
+        stored = mesh.attributes[name]
+        uvs = np.empty((len(stored.data), _VECTORS[stored.data_type]), dtype=np.float32)
+        stored.data.foreach_get("vector", uvs.ravel())
+        index = arrays.corners if stored.domain == "CORNER" else arrays.triangles
+    return uvs[:, :2].astype(np.float64)[index]
 
 
 def read_material_index(mesh, arrays):

@@ -20,7 +20,9 @@ from .attach import refresh
 from .bake import bake, request_from_scene
 from .choose import can_choose, choose, flagged_receivers, wants_choice
 from .errors import DappleError
+from .lightmap_uvs import supply
 from .ops_choose import DAPPLE_OT_choose
+from .ops_uvs import DAPPLE_OT_lightmap_uvs
 from .progress import Preview, Waiting, clock
 from .receivers import can_receive
 
@@ -93,6 +95,11 @@ class _Bake:
             if bpy.ops.ed.undo_push.poll():
                 bpy.ops.ed.undo_push(message=DAPPLE_OT_choose.bl_label)
         self._request = self.request(context.scene)
+        made = supply(context, self._request)
+        if made:
+            self.report({"INFO"}, made)
+            if bpy.ops.ed.undo_push.poll():
+                bpy.ops.ed.undo_push(message=DAPPLE_OT_lightmap_uvs.bl_label)
         self._steps = bake(context, self._request, folder, wait)
 
     def _start(self, context):

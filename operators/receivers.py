@@ -8,6 +8,7 @@ from ..kernels.scene import Receiver
 from .errors import DappleError
 from .find import shows_collection
 
+_FLAT, _NOTHING = 1e-3, 1e-15  # of the area that is worth a word; an area that is none
 _FILL = 0x7FFFFFFF  # of the unused numbers of a persistent_id
 
 
@@ -63,6 +64,22 @@ class Maps:
     def receivers(self):
         """The Receivers, one for each map, in the order of the names."""
         return tuple(Receiver(name, *_joined(parts)) for name, parts in sorted(self._parts.items()))
+
+
+def flat_parts(receivers):
+    """Sentences on Receivers of whose area a part has none in the UV map."""
+    said = []
+    for receiver in receivers:
+        v = receiver.positions[receiver.triangles]
+        area = np.linalg.norm(np.cross(v[:, 1] - v[:, 0], v[:, 2] - v[:, 0]), axis=1)
+        u, w = receiver.uvs[:, 1] - receiver.uvs[:, 0], receiver.uvs[:, 2] - receiver.uvs[:, 0]
+        lost = area[np.abs(u[:, 0] * w[:, 1] - u[:, 1] * w[:, 0]) <= _NOTHING].sum() / max(area.sum(), _NOTHING)
+        if _FLAT < lost < 1:
+            said.append(
+                f"{lost:.1%} of the area of receiver '{receiver.name}' has no area in its UV map: light there is lost. "
+                "Unwrap it, or press Make Lightmap UVs."
+            )
+    return said
 
 
 def _joined(parts):

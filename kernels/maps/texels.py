@@ -16,6 +16,7 @@ from .coverage import edge_coverage
 from .uv_raster import barycentrics, cross2, owners
 
 _TOUCHED = 1e-7  # in texels: the rounding of coverage sums
+_FLAT = 1e-12  # texels^2
 _OVERLAP = 1e-3  # in texels: UV layers are float32
 _RING = ((0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (1, -1), (-1, 1), (-1, -1))
 
@@ -80,13 +81,17 @@ def rasterise(receiver, resolution, padding=4):
     corners = _texel_corners(receiver, resolution)
     normals, world = _triangle_normals(receiver)
     flat = cross2(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2
-    usable = (np.abs(flat) > 1e-12) & (world > 0)
+    usable = (np.abs(flat) > _FLAT) & (world > 0)
     if not usable.any():
-        raise UVError("its UV map has no area; unwrap it (in Edit Mode: UV > Lightmap Pack)")
+        raise UVError("its UV map has no area; unwrap it, or press Make Lightmap UVs")
     covered, area = _areas(corners, flat, world, usable, resolution)
     if covered.max() > 1 + _OVERLAP:
-        count = int((covered > 1 + _OVERLAP).sum())
-        raise UVError(f"parts of its UV map overlap ({count} texels); unwrap it without overlaps (UV > Lightmap Pack)")
+        count = np.count_nonzero(covered > 1 + _OVERLAP)
+        share = count / np.count_nonzero(covered > _TOUCHED)
+        raise UVError(
+            f"{share:.2%} of its UV map overlaps ({count} texels); unwrap it without overlaps, or press Make Lightmap "
+            "UVs; apply modifiers that copy faces first"
+        )
     owner, centred = owners(corners, usable, resolution)
     touched = (owner >= 0) & (covered > _TOUCHED)
     positions = _positions(receiver, corners, owner, touched, resolution)
@@ -114,6 +119,14 @@ def rasterise(receiver, resolution, padding=4):
         pad_texel=np.concatenate([pad[0] for pad in pads]),
         pad_source=np.concatenate([pad[1] for pad in pads]),
     )
+
+
+def overlap(uvs, resolution):
+    """Which share of the texels that UV triangles uvs (T,3,2) cover lies in more than one of them."""
+    corners = np.asarray(uvs, float) * resolution
+    flat = cross2(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    covered, _ = _areas(corners, flat, np.abs(flat), np.abs(flat) > _FLAT, resolution)
+    return np.count_nonzero(covered > 1 + _OVERLAP) / max(np.count_nonzero(covered > _TOUCHED), 1)
 
 
 def _texel_corners(receiver, resolution):

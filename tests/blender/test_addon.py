@@ -29,7 +29,7 @@ CLASSES = (
     "DAPPLE_PT_status",
 )
 OPERATORS = ("bake_frame", "bake_animation", "stop", "attach", "detach", "choose", "live_preview")
-OPERATORS += ("show_status", "export", "chart")
+OPERATORS += ("show_status", "export", "chart", "lightmap_uvs")
 
 
 def presence():
@@ -134,7 +134,7 @@ def test_panels_show_every_setting_and_button(empty_scene):
     names = {name for name, _ in drawn()}
     settings = {p.identifier for p in empty_scene.dapple.bl_rna.properties} - {"rna_type", "name"}
     buttons = {"Bake Frame", "Bake Animation", "Live Preview", "Use Selection", "Attach to Materials", "Detach"}
-    buttons |= {"Export Maps", "Chart Methods"}
+    buttons |= {"Export Maps", "Chart Methods", "Make Lightmap UVs"}
     assert names == settings | buttons
     assert "Use Selection" not in dict(drawn_with_receivers(empty_scene))
 
@@ -344,6 +344,7 @@ def press(monkeypatch, fails_at=None):
     log, manager = [], Manager()
     monkeypatch.setattr(ops_bake, "bake", fake_bake(log, fails_at))
     monkeypatch.setattr(ops_bake, "refresh", lambda *maps: log.append(maps))
+    monkeypatch.setattr(ops_bake, "supply", lambda *_: "")
     set_up = SimpleNamespace(dapple=SimpleNamespace(water="Water", receivers="Receivers"))
     context = SimpleNamespace(window="window", window_manager=manager, workspace=manager, scene=set_up)
     button = Button()
