@@ -58,7 +58,11 @@ class OneFloor:
         border = light_there**2 * np.mean((share > 0) & (share < 1))
         each = np.full(self._points.shape[1], light_there)
         off = doubt(still, light, ways, each, scene.eta, True, self._texel, border)
-        return share[:, None] * (e * power * kept), off / len(each)
+        irradiance = np.empty((count, 3))
+        irradiance[:] = e * power * kept
+        part = np.flatnonzero(share < 1)
+        irradiance[part] *= share[part, None]
+        return irradiance, off / len(each)
 
     def _shares(self, t):
         """How much (K,) of each texel lies in light that passes the water along t (3,)."""

@@ -21,7 +21,7 @@ import numpy as np
 from ..facets import extents
 from ..optics import cosine_refracted, fresnel_transmittance
 
-_TRIANGLES = 1 << 13  # that are looked at, about
+_TRIANGLES = 1 << 12  # that are looked at, about
 _CELLS = 16  # along each side of what is lit, in which waves are taken as alike
 _STEP = 1e-4  # of the cosine, for the slope of Fresnel's curve
 _STEEPEST = 1e-3  # cosine between a normal and the plane's, at least
@@ -71,8 +71,11 @@ def _sampled(still, low, high):
     some triangles that reach between `low` and `high` (2,), those that face up."""
     water = still.water
     plan = still.to_plane(water.positions)[:2]
-    least, most = extents(plan.T, water.triangles)
-    ids = np.flatnonzero(((most >= low[:, None]) & (least <= high[:, None])).all(0))
+    ids = np.arange(0, len(water.triangles), len(water.triangles) // (4 * _TRIANGLES) | 1)
+    near = _between(plan, water.triangles[ids], low, high)
+    if np.count_nonzero(near) < _TRIANGLES and len(ids) < len(water.triangles):
+        ids, near = np.arange(len(water.triangles)), _between(plan, water.triangles, low, high)
+    ids = ids[near]
     ids = ids[:: len(ids) // _TRIANGLES | 1]
     corner = np.take(plan, water.triangles[ids].T, axis=1)
     normal = np.tensordot(still.frame, water.normals[water.normal_triangles[ids]], (1, 2))
@@ -87,6 +90,12 @@ def _sampled(still, low, high):
     rise_b, rise_c = slope[:, 1] - slope[:, 0], slope[:, 2] - slope[:, 0]
     curve = rise_b[:, None] * to_b[None] + rise_c[:, None] * to_c[None]
     return corner.mean(1), slope.mean(1), curve, np.abs(across) / 2
+
+
+def _between(plan, triangles, low, high):
+    """Whether (n,) triangles (n,3) of points plan (2,V) reach between `low` and `high` (2,)."""
+    least, most = extents(plan.T, triangles)
+    return ((most >= low[:, None]) & (least <= high[:, None])).all(0)
 
 
 def _downward(normal):
