@@ -9,15 +9,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from .plan.planner import Plan
 from .surface.reconstruct import Reconstruction
 from .surface.smoothing import Smoothing
 
 
 @dataclass(frozen=True)
 class Anchor:
-    """smoothing: how much the water's vertices are smoothed on water that is no rougher than the anchor's."""
+    """smoothing: how much the water's vertices are smoothed on water that is no rougher than the anchor's; plan: what
+    was chosen there, where there was a choice."""
 
     smoothing: Smoothing = field(default_factory=Smoothing)
+    plan: Plan | None = None
 
 
 class Kept:

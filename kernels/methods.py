@@ -11,12 +11,16 @@ from .anchor import Anchor, Kept
 from .caustic_map import caustic_map
 from .dispersion import etas, solve_channels
 from .flat import flat
+from .plan.planner import planned
+from .plan.words import reason, told
 from .rays import SLOW
 from .scene import SURFACES, Point
 from .sound_water import sound_water
 from .splat import photon_splat
 from .sun_map import sun_map
-from .surface.reconstruct import Need, prepared
+from .surface.reconstruct import prepared
+from .surface.share import Surface
+from .surface.smoothing import Smoothing
 from .terms import left_in
 from .tile import tile
 from .walk import conic_walk
@@ -31,16 +35,15 @@ METHODS = {
 AUTO = "photon_splat"  # the one that finds all the light
 _AS_IT_IS = {"flat": "the mean plane of the mesh", "sun_map": "the normals of the mesh"}  # methods that need no more
 _OVER_CASTERS = ("photon_splat", "caustic_map")
-_SURFACE = 0.7  # of the tolerance, at most: its parts cost most, and half the error takes 1.4 times as many
 
 
 def prepare(scene, texels, settings):
     """The Anchor of an animation, found on one of its frames: a Scene and its Texels. Raises ValueError as `solve`."""
     if settings.tile:
         scene, _ = tile.widened(scene, settings.resolution)
-    water, _ = sound_water(scene.water)
-    scene, texels = _near_origin(replace(scene, water=water), texels)
-    return Anchor(prepared(scene.water)) if settings.surface == "auto" else Anchor()
+    scene, texels, settings, _ = _ready(scene, texels, settings)
+    smoothing = prepared(scene.water) if settings.surface == "auto" else Smoothing()
+    return Anchor(smoothing, planned(scene, texels, settings, smoothing) if _plans(settings) else None)
 
 
 def solve(scene, texels, settings, kept=None):
@@ -52,35 +55,43 @@ def solve(scene, texels, settings, kept=None):
     """
     if settings.tile:
         return tile.solve(lambda *wide: solve(*wide, kept), scene, texels, replace(settings, tile=False))
+    kept, start, plan = kept or Kept(), time.perf_counter(), None
+    scene, texels, settings, sentences = _ready(scene, texels, settings)
+    if _plans(settings):
+        plan = planned(scene, texels, settings, kept.anchor.smoothing, kept.anchor.plan)
+        scene, settings = left_in(scene, plan.settings(settings))
+    seconds = {"plan": time.perf_counter() - start}
+    start = time.perf_counter()
     method = AUTO if settings.method == "auto" else settings.method
-    if method not in METHODS:
+    surface = Surface.of(scene, texels, settings, kept.reconstruction, plan, _AS_IT_IS.get(method))
+    scene, settings = surface.scene, surface.settings
+    seconds["surface"] = time.perf_counter() - start
+    answer = solve_channels(METHODS[method], scene, texels, settings)
+    work = answer.diagnostics
+    work.surface, work.slow_rays, work.seconds = surface.sentence, SLOW, {**seconds, **work.seconds}
+    work.estimated_error = surface.estimate(answer)
+    work.left_out.extend(sentences)
+    if plan is not None:
+        work.reason, work.plan = reason(plan, work.estimated_error), told(plan)
+    if scene.casters and method not in _OVER_CASTERS:
+        work.left_out.append("light over glass and mirrors: they block, and cast no caustics")
+    return _as_cycles(answer, scene, settings)
+
+
+def _ready(scene, texels, settings):
+    """Scene, Texels and Settings without what is not asked for, sound, and near the origin; and sentences on that."""
+    if settings.method not in ("auto", *METHODS):
         raise ValueError(f"method must be auto or one of {', '.join(METHODS)}, got {settings.method!r}")
     if settings.surface not in SURFACES:
         raise ValueError(f"surface must be one of {', '.join(SURFACES)}, got {settings.surface!r}")
     scene, settings = left_in(scene, settings)
     water, sentences = sound_water(scene.water)
-    scene, texels = _near_origin(replace(scene, water=water), texels)
-    start, surface = time.perf_counter(), "the mesh as it is, as was asked for"
-    reconstruction, smooth = (kept or Kept()).reconstruction, settings.surface == "auto"
-    if method in _AS_IT_IS:
-        smooth, surface = False, _AS_IT_IS[method]
-    if not len(scene.water.triangles):
-        smooth, surface = False, "there is no water"
-    if smooth:
-        water, surface = reconstruction.apply(scene.water, Need.of(scene, texels, _SURFACE * settings.tolerance))
-        scene = replace(scene, water=water)
-        left = max(settings.tolerance - reconstruction.error, (1 - _SURFACE) * settings.tolerance)
-        settings = replace(settings, tolerance=left)
-    seconds = time.perf_counter() - start
-    answer = _as_cycles(solve_channels(METHODS[method], scene, texels, settings), scene, settings)
-    answer.diagnostics.surface, answer.diagnostics.slow_rays = surface, SLOW
-    if smooth and answer.diagnostics.estimated_error is not None:
-        answer.diagnostics.estimated_error += reconstruction.error
-    answer.diagnostics.seconds = {"surface": seconds, **answer.diagnostics.seconds}
-    answer.diagnostics.left_out.extend(sentences)
-    if scene.casters and method not in _OVER_CASTERS:
-        answer.diagnostics.left_out.append("light over glass and mirrors: they block, and cast no caustics")
-    return answer
+    return *_near_origin(replace(scene, water=water), texels), settings, sentences
+
+
+def _plans(settings):
+    """Whether the planner is to choose: points are the complete method's own check."""
+    return settings.method == "auto" and not settings.points
 
 
 def _as_cycles(answer, scene, settings):

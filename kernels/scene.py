@@ -148,7 +148,8 @@ SURFACES = ("auto", "mesh")
 
 @dataclass(frozen=True)
 class Settings:
-    """method: a key of `methods.METHODS`, or "auto"; tolerance: relative mean squared error that is good enough;
+    """method: a key of `methods.METHODS`, or "auto"; tolerance: mean squared error over the mean square of
+    the light that is good enough;
     resolution: texels along each side of a lightmap; padding: texels that a chart is grown by; points: photons as
     points in place of beams, with the seed of their strata, as an independent check; first_root: the walk stops at the
     first path to a texel's centre, as its source does; surface: "auto" for the smooth water that a smooth-shaded mesh
@@ -183,11 +184,12 @@ class Diagnostics:
     """What a solver says of its work; the same for every method, and what bake.json holds.
 
     seconds: stage -> s. flux_in (3,) [W] on the water's lit side; flux_received: receiver -> (3,) [W]; flux_lost:
-    cause -> (3,) [W]. texels: status -> count. paths: outcome -> count. estimated_error: relative mean squared error,
-    None where the method has no estimate. left_out: sentences on what the result does not contain. surface: a sentence
-    on the surface that the light met, the mesh's or a smoother one. etas (3,): the indices that bent red, green and
-    blue; map_scale (3,): what the images are the irradiance times of, all else here is in watts.
-    slow_rays: why rays were traced without embreex, empty where it served.
+    cause -> (3,) [W]. texels: status -> count. paths: outcome -> count. estimated_error: mean squared error over the
+    mean square of the light, None where the method has no estimate. left_out: sentences on what the result does not
+    contain. surface: a sentence on the surface that the light met, the mesh's or a smoother one. etas (3,): the indices
+    that bent red, green and blue; map_scale (3,): what the images are the irradiance times of, all else here is in
+    watts. slow_rays: why rays were traced without embreex, empty where it served. plan: what the planner chose, and by
+    which numbers, see `plan/words.py`; empty where it was not asked.
     """
 
     method: str
@@ -204,6 +206,7 @@ class Diagnostics:
     etas: np.ndarray = field(default_factory=lambda: np.full(3, WATER_IOR))
     map_scale: np.ndarray = field(default_factory=lambda: np.ones(3))
     slow_rays: str = ""
+    plan: dict = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,8 @@ on droplets, creases, and folds that the mesh does not resolve - the mesh keeps 
 its ends alone, so nothing opens anywhere. Over the plan nothing moves but up and down: outline, holes and areas are the
 mesh's.
 
-k follows from how far the slopes depart from what the corners interpolate, which moves the light by so many texels.
+k follows from how far the slopes depart from what the corners interpolate, and from what that does to the light on the
+texels (`footprints.py`); where the water is no height field, from how many texels it moves the light.
 """
 
 from __future__ import annotations
@@ -16,16 +17,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .deviation import own_deviation, rms, some_edges
 from .evening import evened
+from .footprints import Footprints
 from .smoothing import Smoothing
 from .splines import Splines, settled
 from .tessellate import Tessellation
+from .window import look
 
 # The relative mean squared error over the squared deviation of the light in texels, the most seen on regular, jittered,
 # blue-noise and iso-surface meshes of five waters: of interpolation between evened slopes, and of a mesh's own.
 _INTERPOLATED, _OWN = 1.2, 15.0
 _HALVED = 0.4  # texels, half axis of a sun's disc that leaves half of that error: measured on the pool and four waters
-_LOOKED = 4096  # edges that deviations are taken from, at least
+_SAMPLED = 2048  # triangles that errors are predicted from
+_MARGIN = 1.6  # a prediction is off by so much now and then
 _MOST_PARTS, _MOST_TRIANGLES = 16, 4_000_000
 _AS_IT_IS = "the mesh as it is, "
 
@@ -33,10 +38,12 @@ _AS_IT_IS = "the mesh as it is, "
 @dataclass(frozen=True)
 class Need:
     """What the water has to be good for. reach: texels that light moves by for a slope that is off by 1, fewer where a
-    lamp's disc blurs that; tolerance: the relative mean squared error that is good enough."""
+    lamp's disc blurs that; tolerance: the mean squared error that is good enough, over the mean square of the light
+    where footprints tell of that, and over its squared mean where not."""
 
     reach: float
     tolerance: float
+    footprints: Footprints | None = None
 
     @classmethod
     def of(cls, scene, texels, tolerance):
@@ -50,7 +57,7 @@ class Need:
                 reach = max(reach, float(np.sqrt((moved**2).mean() / own.area.mean())))
         angle = min((getattr(light, "angle", 0.0) for light in scene.lights), default=0.0)
         disc = reach * angle / 2 / (scene.eta - 1)  # half axis [texel]
-        return cls(reach / np.hypot(1, disc / _HALVED), tolerance)
+        return cls(reach / np.hypot(1, disc / _HALVED), tolerance, Footprints.of(scene, texels))
 
 
 def prepared(water):
@@ -67,31 +74,32 @@ class Reconstruction:
     """Reconstructs frame after frame, by the Smoothing of their sequence; keeps how triangles are cut while they stay
     the same, which saves time and changes nothing.
 
-    error: the relative mean squared error that the last Water's own triangles leave, at most; 0 where they are what the
-    artist wants.
+    error: the mean squared error over the squared mean of the light that the last Water's own triangles leave; 0 where
+    they are what the artist wants. power: mean square of that light over its squared mean, as far as it was looked at.
     """
 
     def __init__(self, smoothing=None):
         self._known, self._smoothing = None, smoothing or Smoothing()
-        self.error = 0.0
+        self.error, self.power = 0.0, 1.0
 
     def apply(self, water, need):
         """(Water, sentence): the Water reconstructed for a Need, or as it is where that would gain nothing."""
-        self.error = 0.0
+        self.error, self.power = 0.0, 1.0
         if not is_smooth(water):
             return water, _AS_IT_IS + "since its normals are flat or set by hand"
-        edges = _some_edges(water.triangles)
-        own = _rms(*_own_deviation(water, edges)) * need.reach
+        edges = some_edges(water.triangles)
+        own = rms(*own_deviation(water, edges)) * need.reach
         self.error = _OWN * own**2
         if self.error <= need.tolerance:
+            seen = look(water, self._smoothing) if need.footprints else None
+            if seen is not None:
+                self.error = need.footprints.own(seen)
             return water, _AS_IT_IS + "which is fine enough"
         splines = Splines(water, self._smoothing)
         level, upright, between = splines.count(water.triangles)
         if not level + upright:
             return water, _AS_IT_IS + "since it is nowhere a wide and smooth height field"
-        deviation = _rms(*splines.deviation(edges)) * need.reach
-        parts = self._parts(deviation, need, len(water.triangles))
-        self.error = _INTERPOLATED * deviation**2 / parts**4
+        parts = self._parts(water, splines, edges, need)
         finer = self._refined(water, splines, self._tessellation(water, splines.cut, parts))
         of = f"{level} of {len(water.triangles)} triangles" + (f", upright ones for {upright}" if upright else "")
         of += f", cubics between their normals for {between}" if between else ""
@@ -100,10 +108,21 @@ class Reconstruction:
             f"B-splines over the plan, lambda = {splines.smoothing.value:g}, for {of}, in {parts} x {parts} parts",
         )
 
-    def _parts(self, deviation, need, triangles):
-        """k: the error falls as the square of the deviation, and that as k^-2."""
-        wanted = np.ceil((deviation**2 * _INTERPOLATED / need.tolerance) ** 0.25)
-        return int(np.clip(wanted, 1, max(1, min(_MOST_PARTS, np.sqrt(_MOST_TRIANGLES / triangles)))))
+    def _parts(self, water, splines, edges, need):
+        """k, and what error it leaves; by deviations it falls as their square, and they as k^-2."""
+        most = int(max(1, min(_MOST_PARTS, np.sqrt(_MOST_TRIANGLES / len(water.triangles)))))
+        some = splines.some(water, _SAMPLED) if need.footprints else None
+        if some is None:
+            deviation = rms(*splines.deviation(edges)) * need.reach
+            parts = int(np.clip(np.ceil((deviation**2 * _INTERPOLATED / need.tolerance) ** 0.25), 1, most))
+            self.error = _INTERPOLATED * deviation**2 / parts**4
+            return parts
+        self.power = need.footprints.power(some)
+        errors = need.footprints.tessellated(some, range(1, most + 1))
+        enough = np.flatnonzero(_MARGIN * errors <= need.tolerance * self.power)
+        k = int(enough[0]) if len(enough) else most - 1
+        self.error = float(errors[k])
+        return k + 1
 
     def _tessellation(self, water, cut, parts):
         """The Tessellation of the frame before, where that is of the same triangles, or a new one."""
@@ -148,25 +167,3 @@ def _bends(splines, tessellation, along):
         part = (k // 2) / k
     off = along[..., k // 2 - (k > 1)] - (1 - part) * ends[:, 0] - part * ends[:, 1]
     return off / (4 * part * (1 - part))
-
-
-def _some_edges(triangles):
-    """Ends (2,n) of edges, evenly through the mesh."""
-    some = triangles[:: max(1, 3 * len(triangles) // _LOOKED)]
-    return np.concatenate([some[:, [0, 1]], some[:, [1, 2]], some[:, [2, 0]]]).T.astype(np.int64)
-
-
-def _own_deviation(water, edges):
-    """The mesh's own error of slope (n,) along edges (2,n), as far as normals and chords tell, and lengths (n,)."""
-    run = water.positions[edges[1]] - water.positions[edges[0]]
-    length = np.hypot(run[:, 0], run[:, 1])
-    normals = water.normals[edges]
-    rise = -(normals[:, :, :2] * run[:, :2]).sum(2) / np.where(normals[:, :, 2] == 0, np.inf, normals[:, :, 2])
-    off = np.abs(rise.mean(0) - run[:, 2]) / np.maximum(length, np.finfo(float).tiny)
-    return np.minimum(off, 1.0), length
-
-
-def _rms(off, length):
-    """Root mean square of `off`, by squared length: that is by area."""
-    total = (length**2).sum()
-    return float(np.sqrt((off**2 * length**2).sum() / total)) if total > 0 else 0.0

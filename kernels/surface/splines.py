@@ -7,6 +7,7 @@ import numpy as np
 
 from .compact import compact
 from .fit import fit
+from .footprints import Triangles
 from .hermite import between_corners
 from .sheets import components, find_sheets, turned, turned_back
 from .smoothing import ON_THE_SURFACE
@@ -120,6 +121,20 @@ class Splines:
         off[cubic] = np.sqrt(((middle - ends.mean(1))[:, cubic] ** 2).sum(0))
         run = self.positions[:2, edges[1]] - self.positions[:2, edges[0]]
         return np.where(on | cubic, off, 0.0), np.hypot(*run)
+
+    def some(self, water, count):
+        """About `count` Triangles of a Water that follow splines over the plan, evenly through it; None where less than
+        half of it does."""
+        ids = np.arange(0, len(water.triangles), max(1, len(water.triangles) // count))
+        corner = water.triangles[ids].T
+        here = np.any([s.on[corner].all(0) for s in self.sheets if s.axis == 2] or [np.zeros(len(ids), bool)], axis=0)
+        if here.mean() < 0.5:
+            return None
+        corner = corner[:, here]
+        edges = np.stack([corner, np.roll(corner, -1, axis=0)]).reshape(2, -1)
+        middles = self.between(edges, np.full((2, 1), 0.5))[1][..., 0].reshape(3, *corner.shape)
+        normals = np.take(self.normals, corner, axis=1), middles, np.take(water.normals.T, corner, axis=1)
+        return Triangles(np.take(self.positions[:2], corner, axis=1), *map(_slopes, normals))
 
     def count(self, triangles):
         """How many of triangles (T,3) follow splines over the plan, splines over upright planes, and cubics."""

@@ -65,17 +65,17 @@ def test_surface_disc_and_beams_share_the_tolerance(degrees, tolerance):
     texels = [rasterise(coarse.receivers[0], 96)]
     answer = solve(coarse, texels, Settings(tolerance=tolerance))
     true = solve(fine, texels, Settings(tolerance=1e-5, surface="mesh")).images[0]
-    error = ((answer.images[0] - true) ** 2).mean() / true.mean() ** 2
+    error = ((answer.images[0] - true) ** 2).mean() / (true**2).mean()
     estimate = answer.diagnostics.estimated_error
     assert max(error, estimate) <= tolerance
-    assert error / 2 < estimate < 30 * error
+    assert error / 3 < estimate < 10 * error
 
 
 def test_what_a_wide_sun_blurs_needs_no_fine_surface():
     scene = pool(quads=64)
     texels = [rasterise(scene.receivers[0], 128)]
     paths = [
-        solve(under_a_wide_sun(scene, degrees), texels, Settings(tolerance=3e-3)).diagnostics.paths["beams"]
-        for degrees in (0.0, 1.0, 4.0)
+        solve(under_a_wide_sun(scene, degrees), texels, Settings("photon_splat", 3e-4)).diagnostics.paths["beams"]
+        for degrees in (0.0, 2.0, 8.0)
     ]
     assert paths[0] > paths[1] > paths[2]

@@ -1,0 +1,130 @@
+"""The planner: of all that meets the tolerance, by what it predicts, the least time.
+
+It looks at the waves - slopes and curvature against depth and texels (`still.py`, `surface/window.py`,
+`surface/footprints.py`) - and at what there is: casters, lights, whether rays are needed. Choices are
+
+- still water in closed form, where the waves hardly gather the light;
+- beams of the mesh as it is, where its own error is small: the reconstruction is left out;
+- beams of the smooth water, the complete solver, always.
+
+Of beams the sun's disc is left out where it is too narrow to show, and dispersion where colours part by too little. All
+else that the complete solver knows - reflection, light that meets the water again, shadows - it does only where its own
+certain tests leave any.
+
+A plan is a function of the frame and of the plan of the animation's anchor, whose choice is kept while it meets the
+tolerance and costs no more than twice the best: so frames do not depend on each other, nor flicker between choices.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ..splat.plane import one_plane
+from ..surface.footprints import Footprints
+from ..surface.reconstruct import is_smooth
+from ..surface.window import look
+from . import cost
+from .still import still_error
+
+FLAT, MESH, SMOOTH = "flat", "mesh", "smooth"
+# Of the tolerance, what a prediction may be: the truth is up to as much more, see docs/planner.md.
+_MARGINS = {FLAT: 0.7, MESH: 0.5, SMOOTH: 1.0}
+_DEARER = 2.0  # times the best: what an anchor's choice may cost
+_SMALL = 0.15  # of the tolerance: the effect of a term that may be left out
+_PARTED = 1.0  # of the light's variance, by a texel between colours: rather too much
+_PARTS = range(1, 9)
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What to solve by: kind, of FLAT, MESH and SMOOTH; method; terms without; error, of what is left out, over the
+    mean square of the light, and seconds, both as predicted."""
+
+    kind: str
+    method: str
+    without: tuple[str, ...]
+    error: float
+    seconds: float
+
+    def fits(self, tolerance):
+        """Whether it is predicted to meet the tolerance."""
+        return self.error <= _MARGINS[self.kind] * tolerance
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The Choice of a frame, all that there were, and the measures that told: name -> number."""
+
+    choice: Choice
+    choices: tuple[Choice, ...]
+    measures: dict[str, float] = field(default_factory=dict)
+
+    def settings(self, settings):
+        """The Settings by which to solve what `settings` ask for."""
+        without = (*settings.without, *self.choice.without)
+        return replace(settings, method=self.choice.method, without=tuple(dict.fromkeys(without)))
+
+
+def planned(scene, texels, settings, smoothing, anchor=None):
+    """The Plan of a Scene on Texels for Settings; smoothing: that of the animation; anchor: its Plan, if there is
+    one."""
+    lights = 3 if settings.dispersion else 1
+    texel_count = sum(len(t.texel) for t in texels)
+    rays = bool(texels) and one_plane(scene, texels) is None
+    counts = cost.Counts(len(scene.water.triangles), texel_count, max(len(scene.lights), 1) * lights, rays)
+    still = still_error(scene, texels)
+    flat = Choice(FLAT, "flat", (), still, cost.flat(counts))
+    if flat.fits(settings.tolerance):  # nothing is cheaper
+        return Plan(flat, (flat,), {"waves": still})
+    measures = {"waves": still, "casters": len(scene.casters), **_seen(scene, texels, settings, smoothing)}
+    choices = [flat, *_beams(scene, settings, counts, measures)]
+    return Plan(_chosen(choices, settings.tolerance, anchor), tuple(choices), measures)
+
+
+def _seen(scene, texels, settings, smoothing):
+    """What a window of the water tells: {power: mean square of the light over its squared mean; mesh: the mesh's own
+    error, inf where it is not known; disc and dispersion: the errors of leaving them out; in 1, in 2, ...: that of
+    k x k parts of each triangle}."""
+    footprints = Footprints.of(scene, texels)
+    triangles = look(scene.water, smoothing) if footprints is not None and is_smooth(scene.water) else None
+    if triangles is None:
+        return {"power": 1.0, "mesh": np.inf}
+    power = footprints.power(triangles)
+    errors = footprints.tessellated(triangles, _PARTS) / power
+    seen = {
+        "power": power,
+        "mesh": footprints.own(triangles) / power,
+        "disc": (1 - 1 / power) * footprints.disc(triangles),
+    }
+    if settings.dispersion:
+        seen["dispersion"] = (1 - 1 / power) * _PARTED * footprints.parted(settings.dispersion) ** 2
+    return {**seen, **{f"in {k}": error for k, error in zip(_PARTS, errors, strict=True)}}
+
+
+def _beams(scene, settings, counts, measures):
+    """The Choices by beams: of the mesh as it is, and of the smooth water where it is asked for and there is one."""
+    small = [t for t in ("disc", "dispersion") if measures.get(t, np.inf) <= _SMALL * settings.tolerance]
+    error = sum(measures[t] for t in small)
+    if "dispersion" in small:
+        counts = replace(counts, lights=counts.lights // 3)
+    small = [t for t in small if measures[t] > 0]
+    disc = "disc" not in small and any(getattr(light, "angle", 0.0) > 0 for light in scene.lights)
+    if settings.surface != "auto" or not is_smooth(scene.water):
+        return [Choice(SMOOTH, "photon_splat", tuple(small), error, cost.beams(counts, None, disc))]
+    enough = [k for k in _PARTS if measures.get(f"in {k}", np.inf) <= settings.tolerance / 2]
+    smooth = cost.beams(counts, enough[0] if enough else _PARTS[-1] if "in 1" in measures else 2, disc)
+    mesh = cost.beams(counts, None, disc)
+    return [
+        Choice(MESH, "photon_splat", ("reconstruction", *small), measures["mesh"] + error, mesh),
+        Choice(SMOOTH, "photon_splat", tuple(small), error, smooth),
+    ]
+
+
+def _chosen(choices, tolerance, anchor):
+    """The cheapest of the Choices that fit, or the anchor's kind while that is not too dear; the last always fits."""
+    fit = [choice for choice in choices if choice.fits(tolerance)] or choices[-1:]
+    best = min(fit, key=lambda choice: choice.seconds)
+    kept = [c for c in fit if anchor is not None and c.kind == anchor.choice.kind]
+    return kept[0] if kept and kept[0].seconds <= _DEARER * best.seconds else best

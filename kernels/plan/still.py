@@ -1,0 +1,75 @@
+"""Whether the water may be taken as still, and the error of that, without the light itself."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..flat.paths import paths
+from ..flat.ripples import Ripples
+from ..flat.still import Still
+from ..scene import Sun
+
+_TEXELS = 1 << 10  # that paths are looked up at, about
+_GENTLE = 0.35  # slope of the steepest normal
+_SHEET = 1e-3  # of the area: what of the water may lie over other water
+_FAR = 1.0  # of the water's extent: how near a lamp may be
+_BOX = np.sqrt(3)  # side of the square with the variance of a disc of radius 1
+
+
+def still_error(scene, texels):
+    """Mean squared error over the squared mean of the light if the water of a Scene lay still, on its Texels; inf for
+    what that method does not hold for: water that is no gentle sheet, or not shaded smooth, and other casters."""
+    still = _sheet(scene)
+    seen = [t for t in texels if len(t.texel)]
+    if still is None or not seen:
+        return np.inf
+    points = np.concatenate([t.positions[:: len(t.texel) * len(seen) // _TEXELS | 1] for t in seen])
+    width = float(np.sqrt(np.concatenate([t.area for t in seen]).mean()))
+    p = still.to_plane(points)
+    power = [float(np.mean(light.irradiance if isinstance(light, Sun) else light.intensity)) for light in scene.lights]
+    errors = [_under(still, light, p, scene.eta, width) for light in scene.lights]
+    return float(
+        sum((share / sum(power)) ** 2 * error for share, error in zip(power, errors)) if sum(power) else np.inf
+    )
+
+
+def _sheet(scene):
+    """The Still plane of a Scene's water, if it is one gentle sheet and all lights are far above it; else None."""
+    water = scene.water
+    if scene.casters or not len(water.triangles) or not scene.lights:
+        return None
+    smooth = water.triangles is water.normal_triangles or np.array_equal(water.triangles, water.normal_triangles)
+    if not smooth:
+        return None
+    still = Still(water, 1.0)
+    up = water.normals @ still.frame[2]
+    if up.min() * up.max() <= 0 or np.abs(up).min() < 1 / np.hypot(1, _GENTLE):
+        return None
+    plan = (water.positions - still.origin) @ still.frame[:2].T
+    v0, v1, v2 = (np.take(plan, water.triangles[:, k], axis=0) for k in range(3))
+    across = (v1[:, 0] - v0[:, 0]) * (v2[:, 1] - v0[:, 1]) - (v1[:, 1] - v0[:, 1]) * (v2[:, 0] - v0[:, 0])
+    area = across.sum() / 2
+    if across.min() * across.max() < 0 or abs(abs(area) - still.area()) > _SHEET * abs(area):
+        return None
+    extent = np.ptp(plan, axis=0).max()
+    for light in scene.lights:
+        away = np.inf if isinstance(light, Sun) else still.to_plane(light.position[None])[2, 0]
+        facing = -(still.frame[2] @ light.direction) if isinstance(light, Sun) else 1.0
+        if away < _FAR * extent or facing <= 0:
+            return None
+    return still
+
+
+def _under(still, light, p, eta, texel):
+    """The error under one light at points p (3,n) in the plane, of those below the water, or of those above it where
+    none is."""
+    through = bool((p[2] < 0).any())
+    p = p[:, p[2] < 0] if through else p[:, p[2] > 0]
+    ways = paths(still, light, p, eta, through) if p.shape[1] else None
+    if ways is None:
+        return np.inf
+    radius = light.angle / 2 if isinstance(light, Sun) else light.radius / max(float(np.mean(ways.away)), light.radius)
+    penumbra = 2 * radius * float(ways.length.mean()) / (eta if through else 1)
+    squared, _ = Ripples(still, ways, eta, through, np.hypot(texel, _BOX / 2 * penumbra)).squared(ways)
+    weight = ways.strength**2
+    return float((squared * weight).mean() / ways.strength.mean() ** 2)
