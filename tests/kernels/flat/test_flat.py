@@ -44,7 +44,7 @@ def both(scene, side=64):
     """The Solution by still water, and its relative mean squared error against beams."""
     answer, true = solved(scene, "flat", side), solved(scene, "photon_splat", side, tolerance=1e-5)
     own, wanted = (np.concatenate([i[..., 0].ravel() for i in s.images]) for s in (answer, true))
-    return answer, ((own - wanted) ** 2).mean() / wanted.mean() ** 2
+    return answer, ((own - wanted) ** 2).mean() / (wanted**2).mean()
 
 
 def balance(diagnostics):
