@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from .plan.planner import Plan
+from .plan.choice import Plan
 from .surface.reconstruct import Reconstruction
 from .surface.smoothing import Smoothing
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import bpy
 
+from ..kernels.presets import PRESETS
 from ..kernels.scene import SURFACES
 from . import cli_export
 from .bake import bake, request_from_scene
@@ -80,7 +81,9 @@ def _parser(peers):
     words.add_argument("--surface", choices=SURFACES, help="the smooth water (auto) or its mesh as it is")
     words.add_argument("--dispersion", type=float, metavar="ABBE", help="0: none; the Abbe number of water is 55.7")
     words.add_argument("--match-cycles", action="store_true", default=None, help="divide the maps by the IOR squared")
-    words.add_argument("--tolerance", type=float, help="relative mean squared error that is good enough")
+    exactness = words.add_mutually_exclusive_group()
+    exactness.add_argument("--tolerance", type=float, help="relative mean squared error that is good enough")
+    exactness.add_argument("--preset", type=_preset, dest="tolerance", help="that of draft, preview or final")
     words.add_argument("--resolution", type=int, help="texels along each side of a map")
     words.add_argument("--bounces", type=int, help="surfaces that bend or mirror light on its way, at most")
     words.add_argument("--reuse", type=float, help="share of its light that a texel keeps from frame to frame; 0: none")
@@ -93,6 +96,13 @@ def _parser(peers):
     cli_export.add_words(commands, _names, _frames)
     chart.add_words(commands, _names, peers)
     return parser
+
+
+def _preset(text):
+    """The tolerance of a preset."""
+    if text.upper() not in PRESETS:
+        raise argparse.ArgumentTypeError(f"expected draft, preview or final, got '{text}'")
+    return PRESETS[text.upper()]
 
 
 def _names(text):

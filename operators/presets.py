@@ -1,8 +1,9 @@
-"""The presets of quality that artists know by name: tolerances, relative mean squared errors."""
+"""Which preset of quality a tolerance is."""
 
 from __future__ import annotations
 
-PRESETS = {"DRAFT": 5e-2, "PREVIEW": 1e-2, "FINAL": 1e-3}
+from ..kernels.presets import PRESETS
+
 CUSTOM = "CUSTOM"
 
 

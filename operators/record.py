@@ -105,7 +105,8 @@ def summary(number, entry):
         return f"{text}; no light meets what bends it."
     received = sum(np.mean(flux) for flux in entry["flux_received"].values())
     lost = sum(np.mean(flux) for flux in entry["flux_lost"].values())
-    return f"{text}; of {inward:.4g} W on what bends it {received / inward:.1%} received, {lost / inward:.1%} lost."
+    text += f"; of {inward:.4g} W on what bends it {received / inward:.1%} received, {lost / inward:.1%} lost."
+    return f"{text} {entry['reason'].capitalize()}." if entry["plan"] else text
 
 
 def _indented(entry):

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from .. import presets
 from ..methods import METHODS
 
 AUTO = "auto"
-PRESETS = {"Draft": 5e-2, "Preview": 1e-2, "Final": 1e-3}
+PRESETS = {name.capitalize(): tolerance for name, tolerance in presets.PRESETS.items()}
 _GRIDS = 128, 256, 512, 1024
 _ASKED = 1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4
 

@@ -14,6 +14,7 @@ import numpy as np
 from ..scene import Diagnostics
 from ..solution import answer, check_texels
 from ..status import Status
+from ..surface.deviation import softened
 from .anywhere import Anywhere
 from .one_floor import OneFloor
 from .still import Still
@@ -35,7 +36,8 @@ def solve(scene, texels, settings):
     check_texels(scene, texels)
     start = time.perf_counter()
     work = Diagnostics("flat", _REASON, left_out=list(_LEFT_OUT))
-    irradiance, light, work.estimated_error = combine(lights_of(scene, texels, work), texels)
+    irradiance, light, error = combine(lights_of(scene, texels, work), texels)
+    work.estimated_error = softened(scene.water) * error
     work.seconds["closed form"] = time.perf_counter() - start
     return answer(scene, texels, irradiance, np.where(light > 0, Status.LIT, Status.DARK), work)
 

@@ -17,7 +17,7 @@ tolerance and costs no more than twice the best: so frames do not depend on each
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -26,45 +26,13 @@ from ..surface.footprints import Footprints
 from ..surface.reconstruct import is_smooth
 from ..surface.window import look
 from . import cost
+from .choice import FLAT, MESH, SMOOTH, Choice, Plan
 from .still import still_error
 
-FLAT, MESH, SMOOTH = "flat", "mesh", "smooth"
-# Of the tolerance, what a prediction may be: the truth is up to as much more, see docs/planner.md.
-_MARGINS = {FLAT: 0.7, MESH: 0.5, SMOOTH: 1.0}
 _DEARER = 2.0  # times the best: what an anchor's choice may cost
 _SMALL = 0.15  # of the tolerance: the effect of a term that may be left out
 _PARTED = 1.0  # of the light's variance, by a texel between colours: rather too much
 _PARTS = range(1, 9)
-
-
-@dataclass(frozen=True)
-class Choice:
-    """What to solve by: kind, of FLAT, MESH and SMOOTH; method; terms without; error, of what is left out, over the
-    mean square of the light, and seconds, both as predicted."""
-
-    kind: str
-    method: str
-    without: tuple[str, ...]
-    error: float
-    seconds: float
-
-    def fits(self, tolerance):
-        """Whether it is predicted to meet the tolerance."""
-        return self.error <= _MARGINS[self.kind] * tolerance
-
-
-@dataclass(frozen=True)
-class Plan:
-    """The Choice of a frame, all that there were, and the measures that told: name -> number."""
-
-    choice: Choice
-    choices: tuple[Choice, ...]
-    measures: dict[str, float] = field(default_factory=dict)
-
-    def settings(self, settings):
-        """The Settings by which to solve what `settings` ask for."""
-        without = (*settings.without, *self.choice.without)
-        return replace(settings, method=self.choice.method, without=tuple(dict.fromkeys(without)))
 
 
 def planned(scene, texels, settings, smoothing, anchor=None):

@@ -8,10 +8,12 @@ from ..flat.paths import paths
 from ..flat.ripples import Ripples
 from ..flat.still import Still
 from ..scene import Sun
+from ..splat.slopes import sheets
+from ..surface.deviation import softened
 
 _TEXELS = 1 << 10  # that paths are looked up at, about
 _GENTLE = 0.35  # slope of the steepest normal
-_SHEET = 1e-3  # of the area: what of the water may lie over other water
+_SHEET = 1e-3  # of a cell of a grid: what of it may lie under other water
 _FAR = 1.0  # of the water's extent: how near a lamp may be
 _BOX = np.sqrt(3)  # side of the square with the variance of a disc of radius 1
 
@@ -28,9 +30,10 @@ def still_error(scene, texels):
     p = still.to_plane(points)
     power = [float(np.mean(light.irradiance if isinstance(light, Sun) else light.intensity)) for light in scene.lights]
     errors = [_under(still, light, p, scene.eta, width) for light in scene.lights]
-    return float(
-        sum((share / sum(power)) ** 2 * error for share, error in zip(power, errors)) if sum(power) else np.inf
-    )
+    if not sum(power):
+        return np.inf
+    error = sum((share / sum(power)) ** 2 * error for share, error in zip(power, errors, strict=True))
+    return float(softened(scene.water) * error)
 
 
 def _sheet(scene):
@@ -48,8 +51,7 @@ def _sheet(scene):
     plan = (water.positions - still.origin) @ still.frame[:2].T
     v0, v1, v2 = (np.take(plan, water.triangles[:, k], axis=0) for k in range(3))
     across = (v1[:, 0] - v0[:, 0]) * (v2[:, 1] - v0[:, 1]) - (v1[:, 1] - v0[:, 1]) * (v2[:, 0] - v0[:, 0])
-    area = across.sum() / 2
-    if across.min() * across.max() < 0 or abs(abs(area) - still.area()) > _SHEET * abs(area):
+    if across.min() * across.max() < 0 or sheets(plan, water.triangles, water.twins) > 1 + _SHEET:
         return None
     extent = np.ptp(plan, axis=0).max()
     for light in scene.lights:

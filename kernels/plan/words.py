@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .planner import FLAT, MESH
+from .choice import FLAT, MESH
 
 _WHY = {
     FLAT: "the waves are low for this depth: still water in closed form, one path per texel",

@@ -110,3 +110,11 @@ def test_interrupt_keeps_frames(pool, tmp_path, monkeypatch, capsys):
     assert cli.main(["bake"]) == 1
     assert "stopped; the finished frames are kept" in capsys.readouterr().err
     assert files_in(tmp_path / "out") == ["Floor/caustics_0001.exr", "bake.json"]
+
+
+def test_a_preset_is_a_tolerance(capsys):
+    for name, tolerance in (("draft", 5e-2), ("Preview", 1e-2), ("FINAL", 1e-3)):
+        assert cli._parser(()).parse_args(["bake", "--preset", name]).tolerance == tolerance
+    assert cli.main(["bake", "--preset", "finest"]) == 2
+    assert cli.main(["bake", "--preset", "final", "--tolerance", "0.1"]) == 2
+    assert "expected draft, preview or final" in capsys.readouterr().err

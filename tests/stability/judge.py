@@ -15,6 +15,7 @@ from dapple.kernels.scene import Settings
 from dapple.kernels.status import Status
 
 METHODS = {
+    "auto": Settings(method="auto", tolerance=1e-3),
     "beams": Settings(method="photon_splat", tolerance=1e-4),
     "points": Settings(method="photon_splat", tolerance=1e-3, points=True),
     "all roots": Settings(method="conic_walk", tolerance=1e-3),
@@ -27,9 +28,9 @@ RUNGS = {
 }  # methods that make do with less, and say by how much they may be off
 RUNG_TOLERANCE = 1e-2  # a draft's
 _DOUBT = 4  # times what a rung says of its error: more is wrong
-COMPLETE = ("beams", "points", "all roots")  # methods that are to find all of the light
+COMPLETE = ("auto", "beams", "points", "all roots")  # methods that are to find all of the light
 EVERY = (*COMPLETE, "first root")
-SAMPLED = ("points", "all roots")  # as exact as the tolerance that they are asked for
+SAMPLED = ("auto", "points", "all roots")  # as exact as the tolerance that they are asked for
 _POINTS = 8
 ONE_PATH = r"every path to a texel but the first"
 NOT_MEANS = r"the mean over the texel"
