@@ -16,10 +16,11 @@ _BENDS = 24  # a step of 1 has two second differences of 1, and its texel's cent
 
 
 class Anywhere:
-    """The Texels of a Scene's receivers under and over a Still plane; casters block."""
+    """The Texels of a Scene's receivers under and over a Still plane; casters block. shades: look for what
+    stands in the way."""
 
-    def __init__(self, still, scene, texels):
-        self._still, self._scene, self._texels = still, scene, texels
+    def __init__(self, still, scene, texels, shades=True):
+        self._still, self._scene, self._texels, self._shades = still, scene, texels, shades
         solids = soup((*scene.receivers, *scene.occluders, *scene.casters))
         self._tracer = Tracer(*solids)
         self._above = bool((still.to_plane(solids[0])[2] > 0).any())
@@ -67,7 +68,7 @@ class Anywhere:
         bare = ways.strength * facing
         e = bare * self._still.covered(*ways.enters)
         at = np.flatnonzero(e > 0)
-        hidden = at[self._hidden(ways, at)]
+        hidden = at[self._hidden(ways, at)] if self._shades else at[:0]
         shaded = float(self._area[ids[hidden]] @ e[hidden])
         bare[hidden] = e[hidden] = 0
         books = {"length": ways.length, "shaded": shaded}

@@ -36,19 +36,19 @@ def solve(scene, texels, settings):
     check_texels(scene, texels)
     start = time.perf_counter()
     work = Diagnostics("flat", _REASON, left_out=list(_LEFT_OUT))
-    irradiance, light, error = combine(lights_of(scene, texels, work), texels)
+    irradiance, light, error = combine(lights_of(scene, texels, work, "occlusion" not in settings.without), texels)
     work.estimated_error = softened(scene.water) * error
     work.seconds["closed form"] = time.perf_counter() - start
     return answer(scene, texels, irradiance, np.where(light > 0, Status.LIT, Status.DARK), work)
 
 
-def lights_of(scene, texels, work):
+def lights_of(scene, texels, work, shades=True):
     """For each light of a Scene its irradiance (K,3) on Texels under still water, and its doubt, see `doubt`; books
-    what comes in and what is lost in Diagnostics."""
+    what comes in and what is lost in Diagnostics; shades: look for what stands in the way."""
     if not len(scene.water.triangles) or not any(len(t.texel) for t in texels):
         return []
     still = Still(scene.water, np.sqrt(min(t.area.mean() for t in texels if len(t.area))))
-    receivers = OneFloor.of(still, scene, texels) or Anywhere(still, scene, texels)
+    receivers = OneFloor.of(still, scene, texels) or Anywhere(still, scene, texels, shades)
     return [receivers.under(light, work) for light in scene.lights]
 
 

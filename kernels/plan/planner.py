@@ -43,7 +43,7 @@ def planned(scene, texels, settings, smoothing, anchor=None):
     rays = bool(texels) and one_plane(scene, texels) is None
     counts = cost.Counts(len(scene.water.triangles), texel_count, max(len(scene.lights), 1) * lights, rays)
     still = still_error(scene, texels)
-    flat = Choice(FLAT, "flat", (), still, cost.flat(counts))
+    flat = Choice(FLAT, "flat", ("occlusion",), still, cost.flat(counts))
     if flat.fits(settings.tolerance):  # nothing is cheaper
         return Plan(flat, (flat,), {"waves": still})
     measures = {"waves": still, "casters": len(scene.casters), **_seen(scene, texels, settings, smoothing)}

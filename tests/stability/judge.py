@@ -113,8 +113,7 @@ def judge_rung(answer, expected):
     owned = np.concatenate([s.ravel() for s in answer.status]) != Status.EMPTY
     wanted, noise = (np.concatenate([i.ravel() for i in part])[owned] for part in (expected.images, expected.errors))
     assert (np.isfinite(image) & (image >= 0)).all(), "light that is negative or no number is never right"
-    mean = wanted.mean() or 1.0
-    error = ((image[owned] - wanted) ** 2 - noise**2).mean() / mean**2
+    error = ((image[owned] - wanted) ** 2 - noise**2).mean() / ((wanted**2).mean() or 1.0)
     if error <= RUNG_TOLERANCE:
         return Verdict("right", f"{max(error, 0):.1e}", error)
     estimate = answer.diagnostics.estimated_error

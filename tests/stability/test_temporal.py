@@ -62,7 +62,7 @@ def waves_at(time=0.0, shift=0.0):
 
 def relative(a, b):
     """Relative mean squared error of a against b."""
-    return float(((a - b) ** 2).mean() / b.mean() ** 2)
+    return float(((a - b) ** 2).mean() / (b**2).mean())
 
 
 def mesh_moved(quads, shift):
@@ -168,14 +168,15 @@ def frames(quads, settings, resolution=128, step=1 / 240):
 def test_slow_waves_do_not_flicker(row):
     """Slow waves, 240 frames a second, 33 thousand triangles against ten times as many
 
-    The mean absolute second difference in time is that of the light itself, within 1 %: the smooth water has the motion
-    of the true one. Photons that jump about have more, and their estimated error says so.
+    The mean absolute second difference in time is that of the light itself, within 1 % at a tolerance of 3e-5: the smooth
+    water has the motion of the true one. Photons that jump about have more, and their estimated error says so.
     """
     row.tolerance = "1 %"
     true = flicker(frames(400, Settings(tolerance=1e-6, surface="mesh"))[0])
     found = {}
     for method in ("beams", "points"):
-        maps, estimate = frames(128, replace(METHODS[method], surface="auto"))
+        tolerance = METHODS[method].tolerance * (0.3 if method == "beams" else 1)
+        maps, estimate = frames(128, replace(METHODS[method], surface="auto", tolerance=tolerance))
         found[method] = flicker(maps) / true - 1
         if abs(found[method]) <= 0.01:
             row.cells[method] = Verdict("right", f"{found[method]:+.1%}", found[method])

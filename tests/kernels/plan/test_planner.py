@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from casters import ball
-from waves import AMPLITUDE, HEADING, PHASE, WAVELENGTH, faceted, grid, pool, shaded_smooth, sun
+from waves import AMPLITUDE, HEADING, PHASE, WAVELENGTH, faceted, grid, pool, quad, shaded_smooth, sun
 
 from dapple.kernels.anchor import Anchor, Kept
 from dapple.kernels.maps.texels import rasterise
 from dapple.kernels.methods import prepare, solve
 from dapple.kernels.plan.planner import FLAT, MESH, SMOOTH, planned
-from dapple.kernels.scene import Occluder, Point, Settings
+from dapple.kernels.scene import Point, Settings
 from dapple.kernels.surface.smoothing import Smoothing
 
 SIDE = 48
@@ -132,15 +132,16 @@ def test_reasons_are_sentences_with_numbers():
 def test_the_anchor_is_kept_while_it_will_do():
     """Where rays take most of the time, the smooth water costs less than twice its mesh."""
 
-    def beside_a_post(scale):
-        post = Occluder("Post", np.array([[0.0, 0.0, 1.0], [0.1, 0.0, 1.0], [0.0, 0.1, 1.2]]), np.array([[0, 1, 2]]))
-        return replace(waves(scale), occluders=(post,))
+    def in_two_halves(scale):
+        corners = np.array([[-2.0, -2.0, 0.0], [0.0, -2.0, 0.0], [0.0, 2.0, 0.0], [-2.0, 2.0, 0.0]])
+        halves = quad("West", corners), quad("East", corners + np.array([2.0, 0.0, 0.0]))
+        return replace(waves(scale), receivers=halves)
 
-    rough, gentle, still = (plan_of(beside_a_post(scale), side=128) for scale in (2.5, 0.5, 0.1))
+    rough, gentle, still = (plan_of(in_two_halves(scale), side=128) for scale in (2.5, 0.5, 0.1))
     assert (rough.choice.kind, gentle.choice.kind, still.choice.kind) == (SMOOTH, MESH, FLAT)
-    assert plan_of(beside_a_post(0.5), anchor=rough, side=128).choice.kind == SMOOTH
-    assert plan_of(beside_a_post(0.1), anchor=rough, side=128).choice.kind == FLAT  # by far cheaper
-    assert plan_of(beside_a_post(2.5), anchor=gentle, side=128).choice.kind == SMOOTH  # the mesh would not do
+    assert plan_of(in_two_halves(0.5), anchor=rough, side=128).choice.kind == SMOOTH
+    assert plan_of(in_two_halves(0.1), anchor=rough, side=128).choice.kind == FLAT  # by far cheaper
+    assert plan_of(in_two_halves(2.5), anchor=gentle, side=128).choice.kind == SMOOTH  # the mesh would not do
 
 
 def test_frames_do_not_depend_on_each_other():
