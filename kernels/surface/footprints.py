@@ -28,7 +28,7 @@ _OWN = 1.65  # of what is predicted of a mesh's own error from its worst part: 1
 # What of the error of a triangle's evened slopes shows on texels, by the triangle's length in texels: those of a
 # texel's size lose nearly all of it in the mean over the texel, unless it moves light by a good part of a texel.
 _LENGTHS = np.array([0.4, 0.75, 1.1, 1.5, 2.0, 3.0, 4.0, 6.0])
-_SHARES = np.array([1.0, 0.6, 0.3, 0.13, 0.2, 0.8, 1.2, 2.0])
+_SHARES = np.array([3.0, 1.1, 0.4, 0.15, 0.2, 0.8, 1.2, 2.0])
 _BENT = 3.0  # a texel
 # Measured on eleven of those waters with discs of 0.1 to 0.9 texels.
 _SMOOTH, _FOLDED, _ROUND_FOLDS = 0.02, 0.14, 5.0
