@@ -75,6 +75,7 @@ def solve(scene, texels, settings, kept=None):
         work.reason, work.plan = reason(plan, work.estimated_error), told(plan)
     if scene.casters and method not in _OVER_CASTERS:
         work.left_out.append("light over glass and mirrors: they block, and cast no caustics")
+        work.estimated_error = None  # how much that is, the method does not know
     return _as_cycles(answer, scene, settings)
 
 

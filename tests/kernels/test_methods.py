@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from casters import ball
 from waves import floor, pool, sun, water
 
 from dapple.kernels.maps.texels import rasterise
@@ -79,3 +80,10 @@ def test_what_a_wide_sun_blurs_needs_no_fine_surface():
         for degrees in (0.0, 2.0, 8.0)
     ]
     assert paths[0] >= paths[1] >= paths[2] and paths[0] > paths[2]
+
+
+@pytest.mark.parametrize("method", [m for m in METHODS if m not in ("photon_splat", "caustic_map")])
+def test_what_knows_no_casters_gives_no_error_for_them(method):
+    scene = replace(pool(quads=8), casters=(ball(0.2, (0, 0, 2.0), fine=6),))
+    d = solve(scene, [rasterise(scene.receivers[0], 16)], Settings(method, 0.3, surface="mesh")).diagnostics
+    assert d.estimated_error is None and any("glass" in sentence for sentence in d.left_out)
