@@ -28,8 +28,8 @@ from .remarks import check_maps, remarks
 
 _SLICE = 0.2  # s of sleep of a bake that blocks, so that Ctrl-C is heard on every system
 _KILLED = (
-    "the process that solved it ended before it was done (code {}), most likely for want of memory. Set fewer workers "
-    "or a lower resolution and bake again."
+    "the process that solved it ended before it was done (code {}). Most likely the system ended it for want of "
+    "memory: set fewer workers or a lower resolution and bake again. Else the console says why."
 )
 
 
@@ -85,10 +85,9 @@ class Run:
             answer = Stage("")
             while isinstance(answer, Stage):
                 for _, answer in self._pool.answers(self._pause):
-                    self._stages[number] = getattr(answer, "text", "")
+                    self._stages = {number: answer.text} if isinstance(answer, Stage) else {}
                 if self._interactive:
                     yield self._waiting()
-            self._stages.clear()
             if not isinstance(answer, Anchor):
                 raise self._failure(number, answer)
         except DappleError:
