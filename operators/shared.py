@@ -2,20 +2,8 @@
 
 from __future__ import annotations
 
-from ..kernels.sequence import Sequence, unchanged
+from ..kernels.sequence import unchanged
 from .errors import DappleError
-from .mesh_arrays import TopologyCache
-
-
-class Shared:
-    """What the frames of one bake share."""
-
-    def __init__(self, settings):
-        # Only a bake needs embreex: without this, Blender would load it at every start.
-        from ..kernels import methods
-
-        self.topology, self.texels = TopologyCache(), TexelCache(settings)
-        self.sequence = Sequence(methods.solve, settings)
 
 
 class TexelCache:

@@ -2,20 +2,31 @@
 
 from __future__ import annotations
 
+from ..kernels.sequence import Sequence
+from .errors import DappleError
 from .extract import read_scene
-from .shared import Shared
+from .mesh_arrays import TopologyCache
+from .shared import TexelCache
 
 
 class Now:
-    """Solves whatever frame the scene is at, by one request; keeps what frames share."""
+    """Solves whatever frame the scene is at, by one request; keeps what frames share. The first is their anchor."""
 
     def __init__(self, request):
-        self._request, self._shared = request, Shared(request.settings)
+        self._request, self._sequence = request, None
+        self._topology, self._texels = TopologyCache(), TexelCache(request.settings)
 
     def solve(self, context):
         """(Scene, Solution) of the current frame; raises DappleError for what cannot be baked."""
-        request, shared = self._request, self._shared
-        depsgraph = context.evaluated_depsgraph_get()
-        scene, _ = read_scene(depsgraph, request.water, request.receivers, shared.topology, request.volume)
-        charts = tuple(shared.texels.of(receiver) for receiver in scene.receivers)
-        return scene, shared.sequence.solve(context.scene.frame_current, scene, charts)
+        from ..kernels import methods  # it loads embreex
+
+        request, depsgraph = self._request, context.evaluated_depsgraph_get()
+        scene, _ = read_scene(depsgraph, request.water, request.receivers, self._topology, request.volume)
+        charts = tuple(self._texels.of(receiver) for receiver in scene.receivers)
+        try:
+            if self._sequence is None:
+                anchor = methods.prepare(scene, charts, request.settings)
+                self._sequence = Sequence(methods.solve, request.settings, anchor)
+            return scene, self._sequence.solve(context.scene.frame_current, scene, charts)
+        except ValueError as error:  # the kernels' own sentence
+            raise DappleError(str(error)) from error

@@ -109,3 +109,14 @@ def test_it_comes_back_after_an_undo_took_it_off(pool):
 def test_switch_says_what_it_lacks(empty_scene):
     with pytest.raises(RuntimeError, match="receivers first"):
         bpy.ops.dapple.live_preview()
+
+
+def test_what_the_kernels_refuse_is_a_sentence(pool):
+    def refuse(*_):
+        raise ValueError("the water does not tile")
+
+    with pytest.MonkeyPatch.context() as patch:
+        use_solver(patch, refuse)
+        with pytest.raises(RuntimeError, match="Error: the water does not tile"):
+            bpy.ops.dapple.live_preview()
+    assert not live.is_on() and len(bpy.data.images) == 0
