@@ -6,8 +6,9 @@ import os
 import sys
 from pathlib import Path
 
-# Measured by tests/bench/bench_workers.py: bytes of a worker without a frame, for each texel, and for each triangle.
-_BASE, _TEXEL, _TRIANGLE = 60e6, 250.0, 500.0
+# Fitted to what tests/bench/bench_workers.py measures: bytes of a worker without a frame, for each texel, and for each
+# triangle.
+_BASE, _TEXEL, _TRIANGLE = 60e6, 270.0, 650.0
 _FINER = 58.0  # triangles of the smooth water, times the square root of texels of one map over tolerance
 _SHARE = 0.8  # of the memory that is free
 

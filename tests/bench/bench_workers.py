@@ -93,6 +93,7 @@ def main(what, *numbers):
     import bpy
 
     import dapple
+    from dapple.operators.memory import cores
     from dapple.tests.bench.bench_stages import machine
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
@@ -102,7 +103,8 @@ def main(what, *numbers):
     for row in rows:
         lines.append("| " + " | ".join(map(str, row)) + " |")
         print(lines[-1], flush=True)
-    measured = f"Measured on {time.strftime('%Y-%m-%d')} by `bench_workers.py {what}`: {machine()}."
+    about = machine().replace("one core", f"{cores()} cores")
+    measured = f"Measured on {time.strftime('%Y-%m-%d')} by `bench_workers.py {what}`: {about}."
     head = f"## {what.capitalize()}\n\n{measured}\n\n"
     parts = dict.fromkeys(HEADS, "")
     if PAGE.exists():

@@ -30,7 +30,7 @@ def test_modifiers_count(pool):
     before = forecast(pool, bpy.context.view_layer)[1]
     pool.dapple.water.modifiers.new("Subdivision", "SUBSURF").levels = 6
     bpy.context.view_layer.update()
-    assert forecast(pool, bpy.context.view_layer)[1] - before == pytest.approx(500 * 32 * (4**6 - 1))
+    assert forecast(pool, bpy.context.view_layer)[1] - before == pytest.approx(memory._TRIANGLE * 32 * (4**6 - 1))
 
 
 def test_a_scene_without_water_has_a_forecast_too(pool):

@@ -16,6 +16,7 @@ from dapple.kernels.scene import Settings
 from dapple.operators import pool, worker
 from dapple.operators.errors import DappleError
 from dapple.operators.exr_encode import encode
+from dapple.operators.memory import memory_per_worker
 from dapple.operators.messages import Died, Failed, Job, Rough, Solved, Stage
 from dapple.operators.pool import Pool
 
@@ -172,3 +173,16 @@ def test_no_worker_takes_more_than_one_thread_of_numpy():
         last_answers(workers, 1)
         environment = Path(f"/proc/{workers._workers[0]._process.pid}/environ").read_bytes().split(b"\0")
     assert b"OPENBLAS_NUM_THREADS=1" in environment
+
+
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="looks at /proc")
+def test_a_worker_takes_about_what_is_stated():
+    settings = Settings(resolution=512)
+    job = Job(1, waves(quads=128), settings, Anchor())
+    with Pool(1) as workers:
+        workers.give(job)
+        assert isinstance(last_answers(workers, 1)[1], Solved)
+        status = Path(f"/proc/{workers._workers[0]._process.pid}/status").read_text().splitlines()
+    (peak,) = (1024 * int(line.split()[1]) for line in status if line.startswith("VmHWM"))
+    stated = memory_per_worker(len(job.scene.water.triangles), 1, settings)
+    assert 0.5 < stated / peak < 2
