@@ -21,9 +21,10 @@ from ..surface.reconstruct import Need
 from ..terms import left_in
 from .maps import Maps, light_of
 
-_SURFACE = 7e-4, 3e-4  # of each replica: relative mean squared error that the parts of the surface leave, at most
-_BEAMS = 1e-2, 5e-3  # with many suns: the errors of their beams differ, and their mean has a part of that
-_FINE = 1e-4, 3e-5  # with one light of no width
+# Relative mean squared errors that the parts of the surface and the beams leave in each replica, at most. Those of the
+# beams of many suns differ, and their mean has a part of them.
+_SURFACE, _BEAMS = (5e-4, 2e-4), (1e-2, 5e-3)
+_FINE_SURFACE, _FINE_BEAMS = (3e-5, 1e-5), (1e-5, 3e-6)  # where no light is wide, one run is enough
 _BUDGET = 30.0  # CPU s for both replicas, as far as that gives the least number of suns
 _SUNS = 4, 48  # of each replica
 _SEED = 5
@@ -32,7 +33,7 @@ _SEED = 5
 @dataclass(frozen=True)
 class Reference:
     """maps: the Maps of the light; error: the variance of the reference as its replicas tell it, or the error that they
-    both say of themselves, over the squared mean of the light, as Settings.tolerance counts; flux_error: standard error
+    have in common as far as is known, over the squared mean, as Settings.tolerance counts; flux_error: standard error
     of the whole flux, relative; suns: how many stand for a sun's disc, 0 where none is wide; seconds that it took."""
 
     maps: Maps
@@ -62,8 +63,9 @@ def reference(scene, texels, settings):
             light, doubt = replica.light(lights)
             parts = parts + light / max(count, 1)
         total.append(parts)
-    # Many suns tell of their errors; two pictures of one light may have the same, and say no more than they promise.
-    return _of(texels, *total, 0.0 if count else doubt, count, time.process_time() - start)
+    # What both have in common does not show: their surfaces, and beams, whose errors many suns even out.
+    least = replicas[1].surface_error + (0.0 if count else doubt)
+    return _of(texels, *total, least, count, time.process_time() - start)
 
 
 def _of(texels, first, second, least, suns, seconds):
@@ -79,8 +81,8 @@ class _Replica:
 
     def __init__(self, scene, texels, settings, kept, number):
         self._texels = texels
-        tolerance = (_BEAMS if any(map(_wide, scene.lights)) else _FINE)[number]
-        self._scene = smooth(scene, texels, settings, kept, number)
+        tolerance = (_BEAMS if any(map(_wide, scene.lights)) else _FINE_BEAMS)[number]
+        self._scene, self.surface_error = smooth(scene, texels, settings, kept, number)
         self._settings = replace(settings, tolerance=tolerance, seed=settings.seed + number, surface="mesh")
 
     def light(self, lights):
@@ -90,13 +92,15 @@ class _Replica:
 
 
 def smooth(scene, texels, settings, kept, replica=0):
-    """The Scene with the water that a replica of the reference is made of, where `settings` ask for a smooth one."""
+    """The Scene with the water that a replica of the reference is made of, where `settings` ask for a smooth one, and
+    the relative mean squared error that its triangles leave."""
     if settings.surface != "auto" or not len(scene.water.triangles):
-        return scene
+        return scene, 0.0
     water, _ = sound_water(scene.water)
     # With the disc that the lights have, which blurs what a surface leaves.
-    water, _ = kept.reconstruction.apply(water, Need.of(scene, texels, _SURFACE[replica]))
-    return replace(scene, water=water)
+    error = (_SURFACE if any(map(_wide, scene.lights)) else _FINE_SURFACE)[replica]
+    water, _ = kept.reconstruction.apply(water, Need.of(scene, texels, error))
+    return replace(scene, water=water), kept.reconstruction.error
 
 
 def _wide(light):

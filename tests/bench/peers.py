@@ -42,7 +42,7 @@ def _peer(name, script, scene, settings, texels):
     from dapple.kernels.methods import prepare
 
     yield f"{name}: working", None
-    given = smooth(scene, texels, settings, Kept(prepare(scene, texels, settings)))
+    given, _ = smooth(scene, texels, settings, Kept(prepare(scene, texels, settings)))
     with tempfile.TemporaryDirectory() as folder:
         task, answer = Path(folder) / "task", Path(folder) / "answer"
         task.write_bytes(pickle.dumps((given, texels)))

@@ -1,0 +1,68 @@
+"""The charts of the sample scenes, with other renderers: docs/images/chart_*.png and docs/ladder_tables.md.
+
+Run as `.venv/bin/python tests/figures/draw_charts.py`; it takes about half an hour, and needs `mitsuba` and
+`flip-evaluator` from PyPI for all that the tables hold.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+# scene -> texels along a map's side
+SCENES = {"pool": 256, "calm_pond": 256, "ocean": 256, "lagoon": 128, "glass": 128}
+HEAD = "rung", "at", "CPU [s]", "error", "relMSE", "MAE", "FLIP", "energy", "own estimate", ""
+
+
+def command(name):
+    """The words after ./dapple that make a scene's chart."""
+    return ["chart", f"sample_blends/{name}.blend", "--frame", "2", "--resolution", str(SCENES[name]), "--peers"]
+
+
+def table(name, known):
+    """The lines of a scene's table, of its chart.json."""
+    lines = [f"## {name}.blend", "", f"`./dapple {' '.join(command(name))}`", "", f"![](images/chart_{name}.png)", ""]
+    lines += [f"| {' | '.join(HEAD)} |", "|" + "---|" * len(HEAD)]
+    for row in known["rows"]:
+        marks = ["front"] * row["on_front"] + ["below the reference's error"] * row["below_floor"]
+        if row["over_front"]:
+            marks.append(f"{row['method']}, {row['over_front']:.2f} x the front's time")
+        if row["seen"] < 1:
+            marks.append(f"on {row['seen']:.0%} of the texels")
+        cells = [row["rung"], row["label"], f"{row['seconds']:.3f}", f"{row['error']:.1e}", f"{row['relmse']:.1e}"]
+        cells += [f"{row['mae']:.3f}", "" if row["flip"] is None else f"{row['flip']:.3f}", f"{row['energy']:+.2%}"]
+        cells += ["" if row["estimated"] is None else f"{row['estimated']:.1e}", "; ".join(marks)]
+        lines.append(f"| {' | '.join(cells)} |")
+    truth = known["reference"]
+    of = f"Reference: error {truth['error']:.1e}, flux within {truth['flux_error']:.0e}"
+    return [*lines, "", of + (f", 2 x {truth['suns']} suns." if truth["suns"] else "."), *known["notes"], ""]
+
+
+def write(folder):
+    """Put the charts that lie in folder/SCENE into docs."""
+    known = {name: json.loads((folder / name / "chart.json").read_text()) for name in SCENES}
+    first = known["pool"]
+    versions = ", ".join(f"{key} {value}" for key, value in first["versions"].items())
+    lines = [f"Measured on {first['date']} by `.venv/bin/python tests/figures/draw_charts.py`: {first['machine']}, one"]
+    lines += [f"core; {versions}. [What the columns say](ladder.md#the-chart).", ""]
+    for name, own in known.items():
+        shutil.copy(folder / name / "chart.png", ROOT / "docs" / "images" / f"chart_{name}.png")
+        lines += table(name, own)
+    (ROOT / "docs" / "ladder_tables.md").write_text("\n".join(lines))
+
+
+def main():
+    """Make and write all of them."""
+    with tempfile.TemporaryDirectory() as folder:
+        for name in SCENES:
+            subprocess.run([str(ROOT / "dapple"), *command(name), "--out", f"{folder}/{name}"], cwd=ROOT, check=True)
+        write(Path(folder))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
