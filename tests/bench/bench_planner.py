@@ -1,9 +1,9 @@
 """Is what `auto` takes worth its time? Thirty waters by chance, every rung on each: docs/planner_tables.md.
 
-Run as `.venv/bin/python tests/bench/bench_planner.py`; it pins itself to one core, prints the table as it goes and
-takes about twenty minutes. Numbers of seeds as arguments measure these only, and write nothing. Waves, depth and sun are
-drawn as for accuracy; so are the height of the waves, from hardly any to all, the resolution, and whether the sun has
-its disc. Errors are against the chart's reference, on the front count rungs of ours only.
+Run as `.venv/bin/python tests/bench/bench_planner.py`; it prints the table as it goes and takes about twenty minutes.
+Numbers of seeds as arguments measure these only, and write nothing. Waves, depth and sun are drawn as for accuracy; so
+are the height of the waves, from hardly any to all, the resolution, and whether the sun has its disc. Errors are
+against the chart's reference; on the front count our own rungs only.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 # scene -> texels along a map's side
-SCENES = {"pool": 256, "calm_pond": 256, "ocean": 256, "lagoon": 128, "glass": 128}
+SCENES = {"pool": 256, "calm_pond": 256, "ocean": 128, "lagoon": 128, "glass": 128}
 HEAD = "rung", "at", "CPU [s]", "error", "relMSE", "MAE", "FLIP", "energy", "own estimate", ""
 
 
