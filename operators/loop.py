@@ -16,6 +16,7 @@ from .mesh_arrays import TopologyCache
 from .timeline import Timeline
 
 _SAME = 0.05  # of what moves from one frame to the next: less is not seen
+_JERK = 1.5  # times the largest change of speed on the way
 
 
 @dataclass(frozen=True)
@@ -63,8 +64,11 @@ def blended(numbers, count) -> Loop:
 
 
 def find_period(context, request, first, most):
-    """After how many frames from `first` on all that the light depends on is again where it was, and moves on as it
-    did; None where that takes more than `most` frames. All of it is read, nothing is solved."""
+    """After how many frames from `first` on all that the light depends on is again where it was, and comes to it as it
+    leaves it; None where that takes more than `most` frames. All of it is read, nothing is solved.
+
+    No frame after the return is looked at: what is keyed stands still there.
+    """
     timeline, topology = Timeline(context), TopologyCache()
 
     def at(number):
@@ -72,19 +76,50 @@ def find_period(context, request, first, most):
         return list(_numbers(scene))
 
     try:
-        start, following = at(first), at(first + 1)
-        steps = _distances(start, following)
-        if steps is None or not any(steps):
-            return most if steps is not None else None  # it stands still, or changes its topology
-        before = following
+        start, here = at(first), at(first + 1)
+        seam, before = _Seam(start, here), start
+        if not seam.moves:
+            return most
         for period in range(2, most + 1):
-            now = at(first + period + 1)
-            if _near(before, start, steps) and _near(now, following, steps):
+            before, here = here, at(first + period)
+            if not seam.fits(before, here):
+                return None
+            if seam.closes(before, here):
                 return period
-            before = now
+            seam.learn(before, here)
     finally:
         timeline.restore()
     return None
+
+
+class _Seam:
+    """Whether frames lead back to the first, by arrays of numbers: their steps from frame to frame, and how these
+    change, beside the largest of both that were seen on the way."""
+
+    def __init__(self, start, following):
+        self._start, self._following, self._last = start, following, start
+        self._rest = [1e-6 * float(np.abs(a).max(initial=0)) for a in start]  # rounding
+        self._steps = _distances(start, following) if self.fits(following) else [np.inf]
+        self.moves = any(step > rest for step, rest in zip(self._steps, self._rest, strict=False))
+        self._bends = [0.0] * len(start)
+
+    def fits(self, *frames):
+        """Whether the frames have as many vertices of all as the first."""
+        return all([a.shape for a in frame] == [a.shape for a in self._start] for frame in frames)
+
+    def learn(self, before, here):
+        """Take in a frame on the way, and the one before."""
+        self._steps = list(map(max, self._steps, _distances(before, here)))
+        self._bends = list(map(max, self._bends, _changes(self._last, before, here)))
+        self._last = before
+
+    def closes(self, before, here):
+        """Whether a frame is where the first is, and the first goes on from the one before it without a jerk."""
+        apart = zip(_distances(here, self._start), self._steps, self._rest)
+        jerks = zip(_changes(before, self._start, self._following), self._bends, self._rest)
+        return all(d <= _SAME * step + rest for d, step, rest in apart) and all(
+            bend <= _JERK * most + rest for bend, most, rest in jerks
+        )
 
 
 def _numbers(thing):
@@ -100,16 +135,14 @@ def _numbers(thing):
 
 
 def _distances(one, other):
-    """The root mean square difference of each pair of arrays; None where they do not have the same shapes."""
-    if [a.shape for a in one] != [b.shape for b in other]:
-        return None
-    return [float(np.sqrt(np.mean((a - b) ** 2))) if a.size else 0.0 for a, b in zip(one, other, strict=True)]
+    """The root mean square difference of each pair of arrays."""
+    return [_size(a - b) for a, b in zip(one, other)]
 
 
-def _near(one, other, steps):
-    """Whether two frames differ by little, array by array, beside what moves from a frame to the next."""
-    distances = _distances(one, other)
-    if distances is None:
-        return False
-    rest = 1e-6 * max(steps)  # of what stands still
-    return all(d <= _SAME * step + rest for d, step in zip(distances, steps, strict=True))
+def _changes(before, here, after):
+    """By how much the steps to a frame and from it differ, root mean square of each array."""
+    return [_size(c - 2 * b + a) for a, b, c in zip(before, here, after)]
+
+
+def _size(difference):
+    return float(np.sqrt(np.mean(difference**2))) if difference.size else 0.0
