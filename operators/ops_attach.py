@@ -6,6 +6,7 @@ import bpy
 
 from . import live
 from .attach import attach, detach
+from .attach_slots import SLOTS
 from .bake import request_from_scene
 from .casters import caster_names
 from .errors import DappleError
@@ -50,6 +51,13 @@ class DAPPLE_OT_detach(bpy.types.Operator):
     bl_idname = "dapple.detach"
     bl_label = "Detach"
     bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, _context):
+        if any(SLOTS in obj for obj in bpy.data.objects):
+            return True
+        cls.poll_message_set("No object shows its maps")
+        return False
 
     def execute(self, context):
         live.stop(context)

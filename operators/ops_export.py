@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import bpy
 from bpy.props import BoolProperty, EnumProperty, IntProperty
 
-from .bake import request_from_scene
+from .bake import output_folder, request_from_scene
 from .errors import DappleError
 from .export import Export, export
 from .ops_bake import why_not
@@ -55,7 +57,7 @@ beside the maps, with a JSON file that tells what the numbers are"""
 
     @classmethod
     def poll(cls, context):
-        reason = why_not(context.scene)
+        reason = why_not(context.scene) or _not_baked(context.scene)
         if reason:
             cls.poll_message_set(reason)
         return not reason
@@ -84,3 +86,12 @@ beside the maps, with a JSON file that tells what the numbers are"""
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         return {"FINISHED"}
+
+
+def _not_baked(scene):
+    """Why there is nothing to export, as a sentence for a tooltip; empty if there is."""
+    try:
+        baked = (Path(output_folder(scene.dapple.output)) / "bake.json").exists()
+    except DappleError:
+        baked = False
+    return "" if baked else "Nothing is baked yet in the output folder"

@@ -208,6 +208,14 @@ def test_buttons_say_why_they_are_greyed(name, empty_scene):
             button()
 
 
+def test_what_there_is_nothing_to_do_for_says_so(empty_scene, tmp_path):
+    pool(empty_scene)
+    empty_scene.dapple.output = str(tmp_path)
+    for button, reason in (("detach", "No object shows its maps"), ("export", "Nothing is baked yet")):
+        with pytest.raises(RuntimeError, match=reason):
+            getattr(bpy.ops.dapple, button)()
+
+
 def test_bake_frame_writes_the_light_of_flat_water(empty_scene, tmp_path):
     """Under an overhead sun all light but Fresnel's 2.04 % passes flat water."""
     pool(empty_scene)
