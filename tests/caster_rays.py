@@ -5,6 +5,7 @@ from casters import no_water
 from waves import floor
 
 from dapple.kernels.scene import Scene
+from dapple.kernels.trace.codes import Codes
 from dapple.kernels.trace.follow import Follower, Rays
 from dapple.kernels.trace.surfaces import Surfaces
 
@@ -20,10 +21,10 @@ def follow(where, origins, directions, word=None, bounces=6, mask=0, box=None, f
     directions = np.array(directions, float).T
     rays = Rays.of(np.array(origins, float).T, directions / np.linalg.norm(directions, axis=0), len(surfaces.sigma_a))
     rays.mask = rays.mask + mask
-    found = list(Follower(surfaces, bounces, faint, box).ends(rays, word))
-    ended = found[0][0]
-    for more, _ in found[1:]:
-        ended = ended.join(more)
+    codes = None if word is None else Codes([word])
+    found = list(Follower(surfaces, bounces, faint, box).ends(rays, codes))
+    columns = zip(*(vars(ended).values() for ended, _ in found), strict=True)
+    ended = Rays(*(np.concatenate(column, axis=-1) for column in columns))
     return ended, np.concatenate([end for _, end in found])
 
 

@@ -23,6 +23,7 @@ _POINT = 0.25  # texels: parts smaller than this that straddle more land point b
 _DEPTH = 14  # splits at most
 _JUMP = 16.0  # texels: parts that are cut and land further apart than this are looked at for seams
 _HIDDEN = 0.5  # texels: parts smaller than this none of whose rays lands have no light that does, though it is near
+_NEAR = 4.0  # texels: so far apart may rays that agree land, if those about them do not, for light to lie between them
 _EVEN = np.array([1, 1, 1, 3, 3, 3]) / 12  # shares of the six rays: six triangles have a corner, two a middle
 _PARTS = ([0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5])  # of corners 0, 1, 2 and the middles 3, 4, 5 of their edges
 _EDGES = [0, 3, 1, 4, 2, 5, 3, 4, 5], [3, 1, 4, 2, 5, 0, 4, 5, 3]  # between which the parts' middles 6 to 14 lie
@@ -46,12 +47,26 @@ def splat(lit, edges, lander, shadowed, sheet, texel_area, tolerance, sight):
     work.grazing = lander.grazing or (bool((work.rows.passed(mesh.carried) == 0).any()) and not work.rows.varies)
     work.uneven |= work.grazing
     rest = work.settle_mesh(mesh, lit.area, clear)
-    (nodes, six), area, shade, clear = mesh.part(rest), lit.area[rest], shadowed[rest], clear[rest]
+    return _by_parts(work, *mesh.part(rest), lit.area[rest], shadowed[rest], clear[rest])
+
+
+def splat_parts(m, area, lander, shade, clear, sheet, texel_area, tolerance, sight):
+    """As `splat`, of beams that share no mesh: from triangles of area (n,) [m^2], by points m (3,6n) at their first,
+    second and third corners, and the middles of the edges from these; shade (n,): what the lander is to know of each;
+    clear (n,) bool: nothing can hide between its rays."""
+    work = _Work(lander, sheet, texel_area, tolerance, sight)
+    work.grazing = lander.grazing
+    nodes = lander.land(m, np.zeros((0, m.shape[1])), np.tile(shade, 6))
+    return _by_parts(work, nodes, np.arange(m.shape[1]).reshape(6, -1), area, shade, clear)
+
+
+def _by_parts(work, nodes, six, area, shade, clear):
+    """Deposit triangles six (6,n) of Nodes, split until they are ready; returns what `splat` does."""
     for depth in range(_DEPTH + 1):
         rest = work.settle(nodes, six, area, shade, clear, depth == _DEPTH)
         if not len(rest):
             break
-        nodes, six = _split(lander, nodes, np.take(six, rest, axis=1), shade[rest])
+        nodes, six = _split(work.lander, nodes, np.take(six, rest, axis=1), shade[rest])
         area, shade, clear = np.tile(area[rest] / 4, 4), np.tile(shade[rest], 4), np.tile(clear[rest], 4)
     return work.lost, work.met, work.error
 
@@ -60,8 +75,8 @@ def _split(lander, nodes, six, shade):
     """Nodes and six (6,4n) of the four parts of each of n triangles six (6,n)."""
     count = six.shape[1]
     known = nodes.take(six.ravel())  # six rows of n
-    m, n = (v.reshape(3, 6, count) for v in (known.m, known.n))
-    fresh = [((v[:, _EDGES[0]] + v[:, _EDGES[1]]) / 2).reshape(3, -1) for v in (m, n)]
+    m, n = (v.reshape(len(v), 6, count) for v in (known.m, known.n))
+    fresh = [((v[:, _EDGES[0]] + v[:, _EDGES[1]]) / 2).reshape(len(v), len(_EDGES[0]) * count) for v in (m, n)]
     landed = lander.land(*fresh, np.tile(shade, len(_EDGES[0])))
     parts = np.concatenate([_PARTS, _MIDDLES], 1).T  # (6,4)
     return known.join(landed), (parts[:, :, None] * count + np.arange(count)).reshape(6, -1)
@@ -108,7 +123,8 @@ class _Work:
         if self.lander.grazing:  # rays that part are worth following as far as the light of single points would show
             flux = area * np.take(self.rows.passed(nodes.carried), six).max(0) / self.finest
             error = np.where(sheet, error, (_EVEN**2).sum() * flux * flux)
-        whole = self._ready(chart[0], error, size, clear)
+        weight = self.lander.weight(chart, *(np.take(v, six) for v in (nodes.x, nodes.y)))
+        whole = self._ready(chart[0], error, size, clear, weight)
         at, ordered = self._to_cut(nodes, six, chart, area, size, clear, whole)
         cut = np.zeros(len(area), bool)
         if len(at):
@@ -119,7 +135,12 @@ class _Work:
         self.error += error[done & np.isfinite(error)].sum()
         weigh = slice(3, 6) if self.uneven else slice(0, 3)  # the middles give the mean of a quadratic
         self._spread(nodes.take(six[:3, at].ravel()), area[at], self._book(nodes, six[weigh][:, at], area[at]))
-        at = np.flatnonzero(done & ~sheet)
+        torn = done & ~sheet
+        if self.lander.hides:
+            at = np.flatnonzero(torn & ~same)
+            self._pieces(nodes, six[:, at], area[at])
+            torn &= same
+        at = np.flatnonzero(torn)
         self._points(nodes.take(six[:, at].ravel()), (_EVEN[:, None] * area[at]).ravel())
         return np.flatnonzero(~(done | cut))
 
@@ -165,16 +186,17 @@ class _Work:
         """As `_across`, on the receiver and not where the beams start."""
         return self._across(nodes, six, area) * np.take(nodes.spread, six).max(0)
 
-    def _ready(self, chart, error, size, clear):
+    def _ready(self, chart, error, size, clear, weight=None):
         """Whether (n,) beams, of errors `error` or inf where their rays do not agree, need no closer look; clear (n,):
         nothing can hide between their rays.
 
         Those of the least errors, such that their sum takes no more than half of what is left of the tolerance: the
         other half is for the parts of the others.
         """
-        most = cut_off(error[np.isfinite(error)], (self.tolerance - self.error) / 2)
+        known = np.isfinite(error)
+        most = cut_off(error[known], (self.tolerance - self.error) / 2, None if weight is None else weight[known])
         seen = (clear & (chart != UNLIT)) | (size < np.where(self._dark(chart), _HIDDEN, self.sight))
-        return np.isfinite(error) & (error <= most) & seen
+        return known & (error <= (most if weight is None else most * weight)) & seen
 
     def _dark(self, chart):
         """Whether (n,) beams whose rays all end so, by their chart, may yet hold light that lands elsewhere."""
@@ -198,6 +220,18 @@ class _Work:
         chart, landed = corners.chart[: len(area)], np.flatnonzero(corners.chart[: len(area)] >= 0)
         x, y = (v.reshape(3, -1)[:, landed] for v in (corners.x, corners.y))
         self.sheet.add_triangles(chart[landed], x, y, flux[:, landed])
+
+    def _pieces(self, nodes, six, area):
+        """Land beams six (6,n) of area (n,) by the four parts between their rays: where the three of one agree spread
+        over their image, else as points."""
+        parts = np.concatenate([np.take(six, part, axis=0) for part in _PARTS], 1)
+        chart, area = np.take(nodes.chart, parts), np.tile(area / 4, 4)
+        near = np.maximum(*(np.ptp(np.take(v, parts), axis=0) for v in (nodes.x, nodes.y))) <= _NEAR
+        whole = (chart[0] == chart[1]) & (chart[0] == chart[2]) & near
+        at = np.flatnonzero(whole)
+        self._spread(nodes.take(parts[:, at].ravel()), area[at])
+        at = np.flatnonzero(~whole)
+        self._points(nodes.take(parts[:, at].ravel()), np.tile(area[at] / 3, 3))
 
     def _points(self, nodes, area):
         """Land beams of area (n,) as points."""

@@ -19,7 +19,7 @@ from .photons import bend, bounce
 from .silhouettes import lines
 
 MISSED, OCCLUDED, SHADOWED, UNLIT, SHADED, TRAPPED, BACK = -1, -2, -3, -4, -5, -6, -7
-CULLED, BEYOND, OTHER = -8, -9, -10
+CULLED, BEYOND, OTHER, FAINT = -8, -9, -10, -11
 LOST = {
     MISSED: "missed",
     OCCLUDED: "occluded",
@@ -29,6 +29,7 @@ LOST = {
     BACK: "back",
     CULLED: "culled",
     BEYOND: "beyond_bounces",
+    FAINT: "faint",
 }
 DARK = SHADOWED, SHADED  # no light comes to the water
 SPREAD = 16.0  # area on the receiver per area of the beam, at most: light along a wall has no limit
@@ -38,7 +39,7 @@ SPREAD = 16.0  # area on the receiver per area of the beam, at most: light along
 class Nodes:
     """Points of the water and where their rays land: m, n (3,k) position and normal, interpolated, not unit; chart
     (k,) by number, or MISSED, OCCLUDED, SHADOWED, UNLIT off a sharp cone, BACK of a receiver's triangle, CULLED by a
-    volume, BEYOND the last meeting that counts, or OTHER where the light is not this lander's; x, y (k,) texel
+    volume, BEYOND the last meeting that counts, FAINT, or OTHER where the light is not this lander's; x, y (k,) texel
     coordinates; spread (k,) length on the receiver per length of the beam, at most; carried (R,k) by the lander's
     `rows`."""
 
@@ -102,6 +103,11 @@ class Lander:
         at = np.flatnonzero(shadowed)
         near[at] += self._outlines.near(m, towards, triangles[at])
         return lines(near)
+
+    def weight(self, _chart, _x, _y):
+        """How much more error (k,) is let pass than elsewhere, of beams whose six rays land at charts, x, y (6,k): None
+        where it is all alike."""
+        return None
 
     def _rays(self, n, towards):
         """Unit directions (3,k) of rays of the light that is `towards` the water, from where its normals are n (3,k),

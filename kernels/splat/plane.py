@@ -44,6 +44,10 @@ class PlaneLander:
         self.plane, self._source, self._eta, self.fresnel = plane, source, eta, fresnel
         self.rows = Rows(sigma_a, source)
 
+    def weight(self, _chart, _x, _y):
+        """As `lander.Lander.weight`."""
+        return None
+
     def land(self, m, n, _shadowed):
         """Nodes of points m (3,k) with normals n (3,k), in the world."""
         towards, _, met = self._source.incident(m)

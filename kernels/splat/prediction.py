@@ -40,10 +40,15 @@ def bend(v):
     return np.maximum(np.maximum(off[0], off[1]), off[2])
 
 
-def cut_off(error, most):
-    """The largest of errors (n,) up to which their sum is no more than `most`; -1 where even the least is more."""
+def cut_off(error, most, weight=None):
+    """The largest of errors (n,) over their weights (n,) up to which the sum of errors is no more than `most`; -1 where
+    even the least is more."""
     if error.sum() <= most:
         return np.inf
-    rising = np.sort(error)
+    if weight is None:
+        rising = over = np.sort(error)
+    else:
+        order = np.argsort(error / weight)
+        rising, over = error[order], (error / weight)[order]
     count = np.searchsorted(np.cumsum(rising), most, side="right")
-    return rising[count - 1] if count else -1.0
+    return over[count - 1] if count else -1.0

@@ -9,6 +9,7 @@ from ..maps.coverage import edge_coverage
 _ROUNDING = 1e-13  # of all flux
 _THIN = 1e-9  # texels^2: images without area land point by point
 _NEXT = [1, 2, 0]
+_MANY = 0.25  # of the texels: fewer points are added one by one
 _BLOCK = 1 << 16  # cells at once
 
 
@@ -32,6 +33,19 @@ class Sheet:
         self._starts.append(np.stack([x.ravel(), y.ravel()]))
         self._ends.append(np.stack([x[_NEXT].ravel(), y[_NEXT].ravel()]))
         self._weights.append(np.tile(density, 3))
+
+    def add_parallelograms(self, chart, x, y, flux):
+        """Spread flux (C,n) evenly over parallelograms with corners x, y (4,n) [texel], one after the other."""
+        x, y = self._cells(x), self._cells(y)
+        area = (x[1] - x[0]) * (y[3] - y[0]) - (x[3] - x[0]) * (y[1] - y[0])
+        spread, at = np.flatnonzero(np.abs(area) >= _THIN), np.flatnonzero(np.abs(area) < _THIN)
+        for k in range(4):
+            self._leave(chart[at], x[k, at], y[k, at], flux[:, at] / 4)
+        self.landed += flux[:, spread].sum(1)
+        x, y = x[:, spread], y[:, spread] + np.take(self.image, chart[spread]) * self.side
+        self._starts.append(np.stack([x.ravel(), y.ravel()]))
+        self._ends.append(np.stack([np.roll(x, -1, 0).ravel(), np.roll(y, -1, 0).ravel()]))
+        self._weights.append(np.tile(flux[:, spread] / area[spread], 4))
 
     def add_mesh(self, mesh, index, x, y, flux):
         """As `add_triangles`, triangles index (n,) of MeshNodes: the edges that two of them share carry the difference
@@ -80,7 +94,10 @@ class Sheet:
         i, j = (np.minimum(v[inside], side - 1).astype(np.int64) for v in (x, y))
         cell = (np.take(self.image, chart[inside]) * side + j) * side + i
         for own, more in zip(self._flux, flux, strict=True):
-            np.add.at(own, cell, more[inside])  # few points: a bincount over all texels costs more
+            if len(cell) > _MANY * len(own):
+                own += np.bincount(cell, more[inside], len(own))
+            else:
+                np.add.at(own, cell, more[inside])
 
     def flux(self):
         """Flux (C, images * (grain resolution)^2) of all cells."""

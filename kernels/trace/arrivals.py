@@ -12,9 +12,11 @@ from ..splat.lander import BACK, texel_maps
 
 @dataclass
 class Landed:
-    """Rays on receivers: photon and path (k,), see `follow.Rays`; chart (k,), or BACK of a triangle; x, y (k,) texel
-    coordinates; colour (C,k) of what arrives; way (k,) [m] all the way there."""
+    """Rays on receivers: ray (k,), which it is of those that ended; photon and path (k,), see `follow.Rays`; chart
+    (k,), or BACK of a triangle; x, y (k,) texel coordinates; colour (C,k) of what arrives; way (k,) [m] all the way
+    there."""
 
+    ray: np.ndarray
     photon: np.ndarray
     path: np.ndarray
     chart: np.ndarray
@@ -22,6 +24,9 @@ class Landed:
     y: np.ndarray
     colour: np.ndarray
     way: np.ndarray
+
+    def take(self, index):
+        return Landed(*(np.take(a, index, axis=-1) for a in vars(self).values()))
 
 
 class Arrivals:
@@ -40,6 +45,19 @@ class Arrivals:
         self.side = max((t.resolution for t in texels), default=0)
         self._surfaces = surfaces
 
+    def chart(self, triangle):
+        """Which chart triangles (k,) of receivers are of."""
+        return np.take(self._charts, triangle)
+
+    def receiver(self, triangle):
+        """Which receiver triangles (k,) of receivers are of."""
+        return np.take(self.image, self.chart(triangle))
+
+    def texel(self, landed):
+        """The texels (k,), numbered through all images, that hold what is Landed on fronts."""
+        i, j = (np.minimum(v, self.side - 1).astype(np.int64) for v in (landed.x, landed.y))
+        return (np.take(self.image, landed.chart) * self.side + j) * self.side + i
+
     def of(self, rays, end):
         """The Landed of those Rays that end (k,) on triangles of receivers."""
         at = np.flatnonzero((end >= 0) & (end < self._surfaces.receiving))
@@ -53,4 +71,4 @@ class Arrivals:
         x, y = (np.clip(dot(v, point) + v[3], 0, self.side) for v in (x, y))
         colour = self._surfaces.dimmed(rays.colour, self._surfaces.media.filling(rays.mask), distance)
         chart = np.where(fall < 0, np.take(self._charts, triangle), BACK)
-        return Landed(rays.photon, rays.path, chart, x, y, colour, rays.way + distance)
+        return Landed(at, rays.photon, rays.path, chart, x, y, colour, rays.way + distance)

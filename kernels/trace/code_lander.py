@@ -1,16 +1,21 @@
-"""Where light of one code lands, for beams: as `splat.lander.Lander`, over casters and water in any order."""
+"""Where light of some codes lands, for beams: as `splat.lander.Lander`, over casters and water in any order.
+
+All codes are followed together: a point that several of them ask for is traced once, along the ways that they share.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
 from ..rays import MISS
-from ..splat.lander import BACK, BEYOND, CULLED, MISSED, OCCLUDED, OTHER, UNLIT, Nodes
+from ..splat.lander import BACK, BEYOND, CULLED, FAINT, MISSED, OCCLUDED, OTHER, UNLIT, Nodes
 from . import follow
+from .codes import Codes
 from .entry import BLOCK
 
-_ENDS = {MISS: MISSED, follow.BEYOND: BEYOND, follow.CULLED: CULLED, follow.BLOCKED: OCCLUDED, follow.FAINT: OTHER}
+_ENDS = {MISS: MISSED, follow.BEYOND: BEYOND, follow.CULLED: CULLED, follow.BLOCKED: OCCLUDED, follow.FAINT: FAINT}
 _PATHS = 1 << 20  # charts times paths that have numbers of their own, at most
+_ASKED = 1 << 17  # points at once
 
 
 class Rows:
@@ -37,55 +42,92 @@ class Rows:
 
 
 class CodeLander:
-    """Follows the light of a `cast.Cast` whose paths have the code `word`.
+    """Follows the light of a `cast.Cast` whose paths have one of the codes `words`.
 
     A node's chart is that of the receiver for each path over smooth surfaces: beams whose rays differ in it are parts
-    of different sheets of light. image: the receiver of each. found (T,) bool: beams among which the pilot found it.
+    of different sheets of light. image: the receiver of each.
     """
 
     # Curved surfaces spread beams of two texels over many; what they turn back rises steeply towards their outline.
     certain, hides, grazing, again = False, True, True, 0
 
-    def __init__(self, cast, word, found):
-        self._cast, self._word, self._found = cast, word, found
+    def __init__(self, cast, words, brightness):
+        self._cast, self._codes, self._brightness = cast, Codes(words), brightness
         charts = cast.arrivals.image
-        self._numbers, self._most = {}, max(_PATHS // max(len(charts), 1), 1)
+        self._most = max(_PATHS // max(len(charts), 1), 1)
         self.image = np.tile(charts, self._most)
         self.rows = Rows(cast.channels)
 
-    def clear(self, _m, _n, _triangles, _shadowed):
-        """Whether (T,) nothing hides between rays: where the pilot found no such light, as far as it tells."""
-        return ~self._found
+    def weight(self, chart, x, y):
+        """As `splat.lander.Lander.weight`: by how bright it is where the first of the rays lands that does."""
+        first = (chart >= 0).argmax(0)[None]
+        chart, x, y = (np.take_along_axis(v, first, axis=0)[0] for v in (chart, x, y))
+        return self._brightness.at(np.take(self.image, np.maximum(chart, 0)), x, y)
 
-    def land(self, m, n, _shadowed):
-        """Nodes of points m (3,k) of the entry, in the world."""
-        blocks = [slice(start, start + BLOCK) for start in range(0, m.shape[1], BLOCK)] or [slice(0)]
-        parts = [vars(self._land(m[:, block], n[:, block])).values() for block in blocks]
+    def land(self, m, n, number):
+        """Nodes of points m (3,k) of the entry, in the world, each of the code of that number (k,)."""
+        blocks = [slice(start, start + _ASKED) for start in range(0, m.shape[1], _ASKED)] or [slice(0)]
+        parts = [vars(self._land(m[:, block], n[:, block], number[block])).values() for block in blocks]
         return Nodes(*(np.concatenate(part, axis=-1) for part in zip(*parts, strict=True)))
 
-    def _land(self, m, n):
+    def _land(self, m, n, number):
         """As `land`, of one block."""
-        count = m.shape[1]
+        first, own = _alike(m)
+        asked = np.zeros((len(first), len(self._codes.words)), bool)
+        asked[own, number] = True
+        want = asked @ (1 << np.arange(asked.shape[1]))
+        record = np.zeros(asked.shape, np.int32)  # 0 for what does not come
+        columns, count = [_none(self.rows.total)], 1
+        for start in range(0, len(first), BLOCK):
+            for point, code, *found in self._follow(m[:, first[start : start + BLOCK]], want[start : start + BLOCK]):
+                record[start + point, code] = np.arange(count, count + len(point))
+                columns.append(found)
+                count += len(point)
+        chart, x, y, spread, carried = (np.concatenate(part, axis=-1) for part in zip(*columns, strict=True))
+        at = record[own, number]
+        chart, carried = np.take(chart, at), np.take(carried, at, axis=1)
+        chart[(at == 0) & (self._cast.met(m) == 0)] = UNLIT
+        return Nodes(m, n, chart, *(np.take(v, at) for v in (x, y, spread)), carried)
+
+    def _follow(self, m, want):
+        """Yield points (k,), numbers of codes (k,), and chart, x, y, spread (k,) and carried (R,k) of what arrives from
+        points m (3,n) that ask for codes want (n,)."""
         rays, met = self._cast.start(m)
-        chart, spread = np.full(count, OTHER), np.ones(count)
-        chart[met == 0] = UNLIT
-        (x, y), carried = np.zeros((2, count)), np.zeros((self.rows.total, count))
-        for ended, end in self._cast.follower.ends(rays, self._word):
-            at = ended.photon
-            carried[:, at] = ended.share * met[at]
-            chart[at] = np.where(end >= 0, OCCLUDED, MISSED)
+        for ended, end in self._cast.follower.ends(rays, self._codes, want):
+            passed = ended.share * met[ended.photon]
+            chart, spread = np.where(end >= 0, OCCLUDED, MISSED), np.ones(len(end))
             for code, own in _ENDS.items():
-                chart[at[end == code]] = own
+                chart[end == code] = own
+            (x, y), carried = np.zeros((2, len(end))), np.tile(passed, (self.rows.total, 1))
             landed = self._cast.landed(ended, end)
-            at = landed.photon
+            at = landed.ray
             chart[at], x[at], y[at] = self._sheets(landed), landed.x, landed.y
             carried[: self.rows.count, at] *= landed.colour
-            spread[at] = self._cast.spreads(m[:, at], landed.way)
-        return Nodes(m, n, chart, x, y, spread, carried)
+            spread[at] = self._cast.spreads(m[:, landed.photon], landed.way)
+            yield ended.photon, np.take(self._codes.number, ended.code), chart, x, y, spread, carried
 
     def _sheets(self, landed):
-        """Charts (k,) of Landed rays, with the number of their path; BACK stays."""
-        paths, inverse = np.unique(landed.path, return_inverse=True)
-        numbers = [self._numbers.setdefault(path, len(self._numbers) % self._most) for path in paths.tolist()]
-        sheet = landed.chart + len(self._cast.arrivals.image) * np.array(numbers, np.int64)[inverse.reshape(-1)]
-        return np.where(landed.chart == BACK, BACK, sheet)
+        """Charts (k,) of Landed rays, with a number of their path; BACK stays."""
+        number = (landed.path >> 20) % self._most
+        return np.where(landed.chart == BACK, BACK, landed.chart + len(self._cast.arrivals.image) * number)
+
+
+def _none(rows):
+    """chart, x, y, spread and carried of what does not come."""
+    zero = np.zeros(1)
+    return np.full(1, OTHER), zero, zero, np.ones(1), np.zeros((rows, 1))
+
+
+def _alike(m):
+    """The first (u,) of points m (3,k) that are the same, in order, and which (k,) of these each one is."""
+    mixed = np.zeros(m.shape[1], np.uint64)
+    for row in m:
+        mixed ^= np.ascontiguousarray(row).view(np.uint64)
+        mixed ^= mixed >> np.uint64(32)
+        mixed *= np.uint64(0x9E3779B97F4A7C15)
+        mixed ^= mixed >> np.uint64(29)
+    _, first, own = np.unique(mixed, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order))
+    return first[order], rank[own]

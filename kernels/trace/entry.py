@@ -9,12 +9,13 @@ from __future__ import annotations
 import numpy as np
 
 from ..halfedges import build_twins
-from ..lit_water import cut_behind, in_perspective, light_water, part_of
+from ..lit_water import cut_behind, in_perspective, light_water
 from ..maps.uv_raster import touching
 from ..optics import sun_frame
 from ..scene import Sun, Water
 
-BLOCK = 1 << 13  # points at once: what a block of them needs stays in the cache
+BLOCK = 1 << 14  # points at once: enough that a call costs more than its start, few enough for the cache
+_APART = 1 << 20  # more columns than a plane has cells
 _TINY = np.finfo(float).tiny
 _NEAR = 1e-6  # of the farthest point: what is nearer to the lamp than that is not looked for
 _ABOVE = 1e-3  # of the extent: how far above everything a sun's light sets out
@@ -24,7 +25,7 @@ class Entry:
     """The cells (n,) of a light from which it may meet triangles soup (T,3,3).
 
     everything (V,3): all positions of the scene; cells: along the longer side of what is seen. lit: their LitWater;
-    twins: of its half-edges; cell (2n,) that each of its triangles is in.
+    cell (2n,) that each of its triangles is in; place (2,n): columns and rows of cells, those of each plane apart.
     """
 
     def __init__(self, light, soup, everything, cells):
@@ -41,38 +42,50 @@ class Entry:
         positions, normals = (np.concatenate([np.zeros((0, 3)), *(p[k] for p in parts)]) for k in (0, 2))
         triangles = np.concatenate([np.zeros((0, 3), np.int64), *(p[1] + b for p, b in zip(parts, bases))])
         self.cell = np.arange(len(triangles)) // 2
-        self.twins = build_twins(triangles)
-        self.lit = light_water(Water("Entry", positions, triangles, normals, triangles, self.twins), light)
+        apart = [np.array([[k * _APART], [0]]) for k in range(len(self._faces))]
+        self.place = np.concatenate(
+            [np.zeros((2, 0), np.int64), *(f.place() + a for f, a in zip(self._faces, apart))], 1
+        )
+        twins = build_twins(triangles)
+        self.lit = light_water(Water("Entry", positions, triangles, normals, triangles, twins), light)
 
-    def around(self, cells):
-        """How many (n,) of a cell and its eight neighbours are of the cells (n,) bool."""
+    def around(self, values):
+        """Sums (n,) of values (n,), numbers or bools, over each cell and its eight neighbours."""
         cuts = np.cumsum([np.count_nonzero(face.cells) for face in self._faces])[:-1]
-        parts = zip(self._faces, np.split(cells, cuts), strict=True)
+        parts = zip(self._faces, np.split(values, cuts), strict=True)
         return np.concatenate([np.zeros(0, np.int64), *(face.around(part) for face, part in parts)])
 
-    def part(self, cells):
-        """The LitWater of the cells (n,) bool only, and its twins."""
-        return part_of(self.lit, self.twins, cells[self.cell])
+
+def evenly(lit, photons):
+    """How many points (n,) along the side of each cell of a LitWater of cells make about `photons` in all, and one at
+    least in each that has an area."""
+    area = _areas(lit)
+    return np.ceil(np.sqrt(area * (photons / max(area.sum(), _TINY))) - 1e-9).astype(np.int64)
 
 
-def points(lit, photons, rng):
-    """Yield cells (n,), points m (3,n) on them, in the world, and the area (n,) of each, about `photons` in all, over a
-    LitWater of cells: one at least in each, jittered in each of k by k parts of it."""
-    area = 2 * lit.area.reshape(-1, 2).max(1)  # one half of a cell may lie off a cone
-    cells = np.flatnonzero(area)
-    side = np.maximum(1, np.ceil(np.sqrt(area[cells] * (photons / max(area.sum(), _TINY))) - 1e-9)).astype(np.int64)
-    for k in np.unique(side):
-        group, step = cells[side == k], max(1, BLOCK // (k * k))
+def points(lit, side, place, rng):
+    """Yield cells (n,), strata (2,n), points m (3,n) on them, in the world, and the area (n,) of each, over a LitWater
+    of cells that lie at place (2,cells): jittered in each of side by side parts of a cell, side (cells,).
+
+    Strata of cells with as many points are numbered through, those of others are apart.
+    """
+    area = _areas(lit)
+    side = np.where(area > 0, side, 0)
+    for k in np.unique(side[side > 0]).tolist():
+        group, step = np.flatnonzero(side == k), max(1, BLOCK // (k * k))
         inner = np.stack(np.divmod(np.arange(k * k), k))[:, None]
         for start in range(0, len(group), step):
             block = group[start : start + step]
             a, b, c = (np.take(lit.points, lit.triangles[2 * block, j], axis=0).T[:, :, None] for j in range(3))
             u, v = (inner + rng.random((2, len(block), k * k))) / k
-            cell = np.repeat(block, k * k)
             m = (a + u * (b - a) + v * (c - b)).reshape(3, -1)
-            for first in range(0, m.shape[1], BLOCK):
-                own = slice(first, first + BLOCK)
-                yield cell[own], m[:, own], area[cell[own]] / (k * k)
+            stratum = (place[:, block, None] * k + inner).reshape(2, -1)
+            yield np.repeat(block, k * k), stratum, m, np.repeat(area[block] / (k * k), k * k)
+
+
+def _areas(lit):
+    """Areas (cells,) of cells of a LitWater: one half of a cell may lie off a cone."""
+    return 2 * lit.area.reshape(-1, 2).max(1)
 
 
 class _Face:
@@ -92,9 +105,13 @@ class _Face:
 
     def around(self, part):
         """As `Entry.around`, of this face's cells."""
-        grid = np.zeros_like(self.cells)
+        grid = np.zeros(self.cells.shape, part.dtype)
         grid[self.cells] = part
         return _around(grid)[self.cells]
+
+    def place(self):
+        """Column and row (2,n) of the cells."""
+        return np.stack(np.nonzero(self.cells)[::-1])
 
     def mesh(self):
         """Positions (V,3), triangles (2n,3) and normals (V,3) of the cells."""
@@ -109,8 +126,8 @@ class _Face:
 
 
 def _around(grid):
-    """How many of each cell (rows, columns) of a grid and the eight round it are set."""
-    framed = np.pad(grid.astype(np.int64), 1)
+    """Sums of a grid (rows, columns) over each cell and the eight round it."""
+    framed = np.pad(grid.astype(np.int64) if grid.dtype == bool else grid, 1)
     return sum(framed[j : j + grid.shape[0], i : i + grid.shape[1]] for j in range(3) for i in range(3))
 
 

@@ -1,4 +1,4 @@
-"""Rays followed over smooth surfaces to their ends: both branches at every interface, or those of one code.
+"""Rays followed over smooth surfaces to their ends: both branches at every interface, or those of some codes.
 
 A code is the word of a path's choices - passes or is turned back - at the interfaces that it meets; mirrors leave no
 choice. It is kept as an integer, a leading 1 and a bit for each choice, 1 for what passes.
@@ -6,7 +6,7 @@ choice. It is kept as an integer, a leading 1 and a bit for each choice, 1 for w
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,9 +20,10 @@ BEYOND, FAINT, CULLED, BLOCKED = -2, -3, -4, -5  # in place of a triangle, as MI
 class Rays:
     """k rays: photon (k,) that each is of; origin, direction (3,k), and where the cast starts, start (3,k); share (k,)
     of the photon by Fresnel alone; colour (C,k) what is left of that in each channel; mask (k,) media that it is in;
-    code (k,); path (k,) a number for the smooth patches that it met; met (k,) how many surfaces; cast (k,) bool whether
-    one was a caster; out (k,) bool whether it left the volume; way (k,) [m] gone since the origin it began with; astray
-    (k,) 1 + the last triangle at which it left a body that it was not in, or came too deep into one, 0 for none."""
+    code (k,), or its node where Codes are asked for, and want (k,) which of them; path (k,) a number for the smooth
+    patches that it met; met (k,) how many surfaces; cast (k,) bool whether one was a caster; out (k,) bool whether it
+    left the volume; way (k,) [m] gone since the origin it began with; astray (k,) 1 + the last triangle at which it
+    left a body that it was not in, or came too deep into one, 0 for none."""
 
     photon: np.ndarray
     origin: np.ndarray
@@ -32,6 +33,7 @@ class Rays:
     colour: np.ndarray
     mask: np.ndarray
     code: np.ndarray
+    want: np.ndarray
     path: np.ndarray
     met: np.ndarray
     cast: np.ndarray
@@ -46,14 +48,10 @@ class Rays:
         none, no = np.zeros(count, np.int64), np.zeros(count, bool)
         whole, way = (np.ones(count), np.ones((channels, count))), np.zeros(count)
         index = np.arange(count)
-        return cls(index, origin, direction, origin, *whole, none + mask, none + 1, none, none, no, no, way, none)
+        return cls(index, origin, direction, origin, *whole, none + mask, none + 1, none, none, none, no, no, way, none)
 
     def take(self, index):
         return Rays(*(np.take(a, index, axis=-1) for a in vars(self).values()))
-
-    def join(self, other):
-        pairs = zip(vars(self).values(), vars(other).values(), strict=True)
-        return Rays(*(np.concatenate(pair, axis=-1) for pair in pairs))
 
 
 class Follower:
@@ -62,14 +60,19 @@ class Follower:
 
     def __init__(self, surfaces, bounces, faint=0.0, box=None):
         self.surfaces, self.bounces, self.faint, self.box = surfaces, bounces, faint, box
+        self._within = box is not None and surfaces.lie_in(box)
         self.cast = 0
 
-    def ends(self, rays, word=None):
+    def ends(self, rays, codes=None, want=None):
         """Yield (Rays, what they end on (k,)) of rays that met a caster: a triangle of a receiver or an occluder, or
         one of MISS, BEYOND, FAINT, CULLED, BLOCKED.
 
-        word: follow this code only; what has another one ends untold.
+        codes: follow those of these Codes that want (k,) asks for, all if it is None; what has another one ends
+        untold.
         """
+        if codes is not None:
+            want = np.full_like(rays.code, codes.every()) if want is None else want
+            rays = replace(rays, code=np.zeros_like(rays.code), want=want)
         for _ in range(self.bounces + _STRAIGHT + 1):
             if not len(rays.photon):
                 return
@@ -81,35 +84,41 @@ class Follower:
             beyond = ~final & (rays.met >= self.bounces)
             end[beyond] = BEYOND
             final |= beyond
-            yield from _told(rays, np.flatnonzero(final), end, word)
+            yield from _told(rays, np.flatnonzero(final), end, codes)
             at = np.flatnonzero(~final)
-            rays = Meeting(self.surfaces, rays.take(at), end[at]).leave(word)
+            rays = Meeting(self.surfaces, rays, at, end[at]).leave(codes)
             weak = rays.share * rays.colour.max(0) <= self.faint
             if weak.any():
-                yield from _told(rays, np.flatnonzero(weak), np.full(len(weak), FAINT), word)
+                yield from _told(rays, np.flatnonzero(weak), np.full(len(weak), FAINT), codes)
                 rays = rays.take(np.flatnonzero(~weak))
-        yield from _told(rays, np.arange(len(rays.photon)), np.full(len(rays.photon), BEYOND), word)
+        yield from _told(rays, np.arange(len(rays.photon)), np.full(len(rays.photon), BEYOND), codes)
 
     def _bound(self, rays, end, final):
-        """Change what Rays end on (k,), and whether they do (k,), where they leave the box or casters lie outside."""
+        """Change what Rays end on (k,), and whether they do (k,), where they leave the box or casters lie outside.
+
+        Between casters that all lie in the box, which is convex, no light leaves it.
+        """
         caster = (end >= self.surfaces.solid) & (end < self.surfaces.water)
-        at = np.flatnonzero(rays.cast & ~rays.out)
-        if len(at):
-            distance, face = self.box.leaves(rays.origin[:, at], rays.direction[:, at])
-            left = self.surfaces.distance(rays.take(at), end[at]) > distance
+        at = np.flatnonzero(rays.cast & ~rays.out & (~caster if self._within else True))
+        if len(at) and (self.box.culling.any() or not self._within):
+            origin, direction = (np.take(v, at, axis=1) for v in (rays.origin, rays.direction))
+            distance, face = self.box.leaves(origin, direction)
+            left = self.surfaces.distance(origin, direction, end[at]) > distance
             culled = at[left & self.box.culling[face]]
             rays.out = rays.out.copy()
             rays.out[at[left]] = True
             end[culled], final[culled], caster[culled] = CULLED, True, False
         at = np.flatnonzero(caster)
-        outside = at[rays.out[at] | ~self.box.contains(self.surfaces.point(rays.take(at), end[at])[0])]
-        end[outside], final[outside] = BLOCKED, True
+        if not self._within and len(at):
+            origin, direction = (np.take(v, at, axis=1) for v in (rays.origin, rays.direction))
+            outside = at[rays.out[at] | ~self.box.contains(self.surfaces.point(origin, direction, end[at])[0])]
+            end[outside], final[outside] = BLOCKED, True
 
 
-def _told(rays, at, end, word):
+def _told(rays, at, end, codes):
     """What `Follower.ends` yields of the rays `at`."""
     at = at[rays.cast[at] & (rays.share[at] > 0)]
-    if word is not None:
-        at = at[rays.code[at] == word]
+    if codes is not None:
+        at = at[np.take(codes.own, rays.code[at]) & rays.want[at] != 0]
     if len(at):
         yield rays.take(at), end[at]

@@ -1,62 +1,102 @@
 """What a few points in each cell of the entry find: where the light of each code goes, and how it had best be landed.
 
-Codes whose points leave little noise are landed by these very points. Of the others, cells in which neighbouring rays
-go different ways, and whose neighbours are such cells too, are rough: there is no sheet of light that beams could
-follow, and more points do better. The outline of a smooth thing is one cell wide; it is left to beams.
+Where neighbouring rays go different ways, and do so round about, there is no sheet of light that beams could follow:
+more points do better, and as nothing is left out between them they keep the flux. How many a cell gets is such that a
+ray more brings the same anywhere; where the pilot's are as many they land it. Beams land the rest: smooth light, and
+its outlines, which are one cell wide. What a cell gets is decided by those about it, hardly by its own few points:
+else light that they happen to miss would be lost, and what they happen to find kept.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
+from .codes import MOST
+
 ALONG = 2  # points along the side of a cell
+PILOT, POINTS, BEAMS = 0, 1, 2
 _ROUGH = 6  # of nine cells: so many around, and with, a cell are to be mixed
+_MORE = 64  # points along the side of a cell, at most
+_HALVINGS = 40
 
 
 class Pilot:
-    """found: (Rays, what they end on, their flux over the power, the cell that each is from), a list; receiving: how
-    many triangles belong to receivers; entry: the `entry.Entry`; texel: area [m^2] of the smallest texel."""
+    """code, path, end, cell (k,) of points, end being a number for what they end on; light (k,): the irradiance on a
+    texel that each brings if it has that one for itself; flux (k,); entry: the `entry.Entry`. most: squared error that
+    points may leave.
 
-    def __init__(self, found, receiving, entry, texel):
+    kind (k,): what lands each point's light, PILOT, POINTS or BEAMS; error: what points are expected to leave.
+    """
+
+    def __init__(self, code, path, end, cell, light, flux, entry, most):
         self._entry, self._count = entry, len(entry.lit.area) // 2
-        self._found = found
-        parts = [(r.code, r.path, c, np.where((end >= 0) & (end < receiving), f, 0.0)) for r, end, f, c in found]
-        none = [(np.zeros(0, np.int64),) * 3 + (np.zeros(0),)]
-        self._code, self._path, self._cell, arrived = (np.concatenate(part) for part in zip(*none, *parts, strict=True))
-        self.arrived = arrived.sum()
-        self._noise = (arrived / texel) ** 2
-        self.words, self._of = np.unique(self._code, return_inverse=True)
-        self._flux = np.bincount(self._of, arrived, len(self.words))
+        words, of_word = np.unique(code, return_inverse=True)
+        strong = np.argsort(-np.bincount(of_word, flux, len(words)), kind="stable")[:MOST]
+        number = np.full(len(words), -1)
+        number[strong] = np.arange(len(strong))  # the pilot lands what more codes have than can be followed at once
+        self._words, own = words[strong].tolist(), number[of_word]
+        self._kind = np.full((len(strong) + 1, self._count), PILOT)
+        self._side = np.zeros((len(strong), self._count), np.int64)
+        self._torn = np.zeros((len(strong), self._count), bool)
+        self._light = np.zeros((len(strong), self._count))
+        noise = np.zeros((len(strong), self._count))
+        order = np.argsort(own, kind="stable")
+        for k, at in enumerate(np.split(order, np.searchsorted(own[order], np.arange(len(strong))))[1:]):
+            self._sort(k, path[at], end[at], cell[at], light[at])
+            noise[k] = np.bincount(cell[at], light[at] ** 2, self._count)
+        self.error = self._choose(noise, most) + (light[own < 0] ** 2).sum()
+        self.kind = self._kind[own, cell]
 
-    def flux(self, word):
-        """Flux over the power that arrives by a code."""
-        return self._flux[np.searchsorted(self.words, word)]
-
-    def quiet(self, most):
-        """The codes (k,) of the least noise, squared error [1] of their points, whose sum is no more than `most`; and
-        that sum."""
-        noise = np.bincount(self._of, self._noise, len(self.words))
-        order = np.argsort(noise, kind="stable")
-        chosen = order[np.cumsum(noise[order]) <= most]
-        return self.words[chosen], noise[chosen].sum()
-
-    def points(self, words):
-        """Yield (Rays, what they end on, flux over the power) of the points that took one of the codes (k,)."""
-        for rays, end, flux, _ in self._found:
-            at = np.flatnonzero(np.isin(rays.code, words))
-            yield rays.take(at), end[at], flux[at]
-
-    def cells(self, word):
-        """Where (n,) bool light of a code was found, and where it is rough."""
-        own = np.flatnonzero(self._code == word)
-        cell, path = self._cell[own], self._path[own]
+    def _sort(self, k, path, end, cell, light):
+        """Find out where light of code k is mixed, rough or smooth."""
         hits = np.bincount(cell, minlength=self._count)
-        first = np.zeros(self._count, np.int64)
-        first[cell] = path
-        parted = np.bincount(cell, path != first[cell], self._count) > 0
-        mixed = (hits > 0) & ((hits < ALONG**2) | parted)
-        return hits > 0, mixed & (self._entry.around(mixed) >= _ROUGH)
+        mixed = (hits > 0) & ((hits < ALONG**2) | self._parted(cell, path))
+        around = self._entry.around(mixed)
+        self._torn[k] = (around > 0) | (self._entry.around(self._parted(cell, end)) > 0)
+        self._light[k] = np.where(around >= _ROUGH, self._entry.around(np.bincount(cell, light, self._count)) / 9, 0.0)
+        self._kind[k] = np.where(around >= _ROUGH, POINTS, np.where(hits > 0, BEAMS, PILOT))
 
-    def noise(self, rough):
-        """Squared error that the pilot's points would leave where light is rough: {code: (n,) bool}."""
-        return sum(self._noise[(self._code == word) & cells[self._cell]].sum() for word, cells in rough.items())
+    def _parted(self, cell, number):
+        """Whether (n,) points of a cell (k,) differ by a number (k,)."""
+        first = np.zeros(self._count, number.dtype)
+        first[cell] = number
+        return np.bincount(cell, number != first[cell], self._count) > 0
+
+    def _choose(self, noise, most):
+        """Set how many points land rough light, and where that is the pilot's matter; returns their error, which is
+        `most` or, where that cannot be, the least."""
+        at = np.nonzero(self._kind[:-1] == POINTS)
+        rays = np.frexp(np.array([*self._words, 1], float))[1][at[0]] + 1
+        light, noise = self._light[at], noise[at]
+
+        def given(worth):
+            points = light / np.sqrt(worth * rays)
+            side = np.where(points <= ALONG**2, 0, np.clip(np.ceil(np.sqrt(points)), ALONG + 1, _MORE))
+            return side, np.where(side > 0, light**2 / np.maximum(side, 1) ** 2, noise).sum()
+
+        low, high = -80.0, 80.0  # of the logarithm of the squared error that a ray more takes away
+        for _ in range(_HALVINGS):
+            middle = (low + high) / 2
+            low, high = (middle, high) if given(np.exp(middle))[1] <= most else (low, middle)
+        side, error = given(np.exp(low))
+        self._side[at] = side
+        self._kind[at] = np.where(side > 0, POINTS, PILOT)
+        return error
+
+    def points(self):
+        """How many points (n,) along the side of each cell, 0 for none, and the codes whose light they land in it: a
+        list of words, and (n,) of bits."""
+        used = np.flatnonzero(self._side.any(1))
+        want = (1 << np.arange(len(used))) @ (self._side[used] > 0)
+        return self._side.max(0, initial=0), [self._words[k] for k in used], want.astype(np.int64)
+
+    def beams(self):
+        """Codes that beams land, and for each one the cells (n,) that they start from - those where it was found, and
+        what lies round them but is not left to points - and where (n,) some of it may hide between their rays."""
+        for k, word in enumerate(self._words):
+            found = self._kind[k] == BEAMS
+            if found.any():
+                beside = self._entry.around(found) > 0
+                near = self._entry.around(beside) > 0
+                rough = (self._side[k] > 0) | ((self._kind[k] == PILOT) & (self._light[k] > 0))
+                yield word, near & ~rough, np.where(found, self._torn[k], beside)

@@ -42,6 +42,7 @@ class Surfaces:
         self._tabulate_materials(scene, np.asarray(power, float))
         soups = [s.positions[s.triangles] for s in (*scene.receivers, *scene.occluders)]
         self._solids = np.concatenate([np.zeros((4, 0)), *(_planes(soup) for soup in soups)], 1)
+        self._casters, self._dry = scene.casters, not len(scene.water.triangles)
         tables = [_geometry(mesh) for mesh in meshes]
         self._table = np.concatenate(tables, 1)
         self.patch = _patches(meshes)
@@ -70,28 +71,33 @@ class Surfaces:
         self.sigma_a, self.reflects, self.transmits, self.f0, self.f90 = (p.T for p in np.split(rows, cuts))
         self._absorbing = bool(self.sigma_a.any())
 
+    def lie_in(self, box):
+        """Whether all that bends light but water lies in a convex `volume.Box`, and there is no water."""
+        return self._dry and all(box.contains(mesh.positions.T).all() for mesh in self._casters)
+
     def first(self, rays):
         """The first triangle (k,) that Rays meet, MISS for none."""
         return self.tracer.first(rays.start.T, rays.direction.T)
 
-    def point(self, rays, triangle):
-        """Where Rays meet bending triangles (k,): points (3,k), distances (k,), unit normals (3,k) out of what the
-        surfaces enclose, and their products (k,) with the rays' directions."""
+    def point(self, origin, direction, triangle):
+        """Where rays from origins along directions (3,k) meet bending triangles (k,): points (3,k), distances (k,),
+        unit normals (3,k) out of what the surfaces enclose, and their products (k,) with the directions."""
         plane = np.take(self._table[:4], triangle - self.solid, axis=1)
         facet = plane[:3]
-        fall = dot(facet, rays.direction)
-        distance = -(dot(facet, rays.origin) + plane[3]) / np.where(fall == 0, np.inf, fall)
+        fall = dot(facet, direction)
+        distance = -(dot(facet, origin) + plane[3]) / np.where(fall == 0, np.inf, fall)
         distance = np.maximum(distance, 0)
-        return rays.origin + distance * rays.direction, distance, facet, fall
+        return origin + distance * direction, distance, facet, fall
 
-    def distance(self, rays, end):
-        """How far (k,) Rays go to the triangles that they meet, `end` (k,); inf where they meet none."""
+    def distance(self, origin, direction, end):
+        """How far (k,) rays from origins along directions (3,k) go to the triangles that they meet, `end` (k,); inf
+        where they meet none."""
         bends = end >= self.solid
         plane = np.empty((4, len(end)))
         plane[:, bends] = np.take(self._table[:4], end[bends] - self.solid, axis=1)
         plane[:, ~bends] = np.take(self._solids, np.maximum(end[~bends], 0), axis=1) if self.solid else 0.0
-        fall = dot(plane, rays.direction)
-        distance = -(dot(plane, rays.origin) + plane[3]) / np.where(fall == 0, np.inf, fall)
+        fall = dot(plane, direction)
+        distance = -(dot(plane, origin) + plane[3]) / np.where(fall == 0, np.inf, fall)
         return np.where(end < 0, np.inf, distance)
 
     def dimmed(self, colour, medium, distance):

@@ -37,3 +37,12 @@ def test_the_least_errors_are_taken_up_to_their_sum(most):
     assert taken.sum() <= most
     if len(taken) < len(error):
         assert taken.sum() + error[error > limit].min() > most
+
+
+def test_what_weighs_more_may_be_more_wrong():
+    """The same sum, but the first to stay are those of the largest error over their weight."""
+    error, weight = np.array([1.0, 2.0, 3.0, 4.0]), np.array([1.0, 1.0, 10.0, 10.0])
+    assert cut_off(error, 3.5) == 2.0
+    most = cut_off(error, 8.0, weight)
+    np.testing.assert_array_equal(error <= most * weight, [True, False, True, True])
+    assert cut_off(error, 0.5, weight) == -1 and cut_off(error, 10.0, weight) == np.inf

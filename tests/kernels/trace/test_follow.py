@@ -8,6 +8,7 @@ from waves import flat, water
 
 from dapple.kernels.casters import Glass, Mirror, Volume
 from dapple.kernels.rays import MISS
+from dapple.kernels.trace.codes import Codes
 from dapple.kernels.trace.follow import BEYOND, BLOCKED, CULLED, Follower, Rays
 from dapple.kernels.trace.surfaces import Surfaces
 from dapple.kernels.trace.volume import Box
@@ -47,7 +48,7 @@ def test_a_right_angle_turns_all_light_back():
     rays, end = follow(scene(half), [(0.3, 0, -1)], [(0, 0, 1)], word=0b1101)
     assert rays.share[0] == pytest.approx((1 - 0.04) ** 2, rel=1e-9) and end[0] == MISS
     np.testing.assert_allclose(rays.direction[:, 0], [-1, 0, 0], atol=1e-12)
-    assert not len(list(Follower(Surfaces(scene(half), np.ones(3)), 6).ends(Rays.of(*_ray(), 1), 0b111)))
+    assert not len(list(Follower(Surfaces(scene(half), np.ones(3)), 6).ends(Rays.of(*_ray(), 1), Codes([0b111]))))
 
 
 def _ray():

@@ -1,0 +1,139 @@
+"""The light of one cast on its texels without noise that shows: by beams, and by points where light is rough.
+
+A few points look first where the light goes, see `pilot.py`, and land what is weak; more of them land what is torn.
+Beams follow the rest from the cells where the points found it and those round them, all codes at once.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..splat.beams import splat_parts
+from ..splat.sheet import Sheet
+from .brightness import Brightness
+from .code_lander import CodeLander
+from .codes import Codes
+from .entry import points
+from .pilot import ALONG, PILOT, Pilot
+from .scatter import Points, Scatter, keys
+
+SIGHT = 2.0  # texels: how wide cells of the entry are
+_POINTS = 0.7  # of the tolerance, for points
+_ROUNDING = 1e-12
+_SIX = [0, 1, 2, 0, 1, 2], [0, 1, 2, 1, 2, 0]  # corners whose middles are a triangle's corners and its edges' middles
+
+
+class Spread:
+    """The work of `Cast.spread`."""
+
+    def __init__(self, cast):
+        self._cast, self._settings = cast, cast.settings
+        texels = cast.texels
+        self._shape = len(texels), cast.arrivals.side, cast.channels
+        self._count, self._whole = sum(len(t.area) for t in texels), sum(t.area.sum() for t in texels)
+        self._scatter = Scatter(cast.arrivals.image, *self._shape)
+
+    def result(self):
+        cast = self._cast
+        found = list(self._look())
+        arrived = sum(flux[self._receives(end)].sum() for _, end, flux, _, _ in found)
+        square = (arrived / self._whole) ** 2 * self._count
+        tolerance = self._settings.tolerance * square
+        pilot = self._pilot(found, _POINTS * tolerance)
+        self._brightness = self._bright(found)
+        self._land_pilot(found, pilot)
+        del found
+        self._land_more(pilot)
+        flux, apart, landed = self._scatter.take()
+        sheet = Sheet(np.zeros(0, np.int64), *self._shape)
+        books, met, error = self._beam(pilot, sheet, (1 - _POINTS) * tolerance)
+        error += self._doubt(apart)
+        beams = sheet.flux()
+        _, lost, came = cast.bins.take()
+        beside = sheet.landed + landed - beams.sum(1) - flux.sum(1)
+        lost["missed"] = lost["missed"] + np.where(beside > _ROUNDING * (sheet.landed + landed), beside, 0.0)
+        lost |= {cause: lost.get(cause, 0.0) + watts for cause, watts in books.items()}
+        return *cast.own(flux + beams, lost, met + came), error / square if square else 0.0
+
+    def _look(self):
+        """Yield Rays, what they end on, their flux over the power, cells (k,) and strata (2,k) of a few points."""
+        cast, rng = self._cast, np.random.default_rng(self._settings.seed)
+        side = np.full(len(cast.water.area) // 2, ALONG)
+        for cell, stratum, m, area in points(cast.water, side, cast.entry.place, rng):
+            rays, met = cast.start(m)
+            for ended, end in cast.follower.ends(rays):
+                flux = np.take(area * met, ended.photon) * ended.share
+                cast.strays.add(ended, end, flux)
+                yield ended, end, flux, cell[ended.photon], stratum[:, ended.photon]
+
+    def _receives(self, end):
+        return (end >= 0) & (end < self._cast.surfaces.receiving)
+
+    def _pilot(self, found, most):
+        """The Pilot of what is found."""
+        parts = [(np.zeros(0, np.int64),) * 4 + (np.zeros(0),) * 2]
+        for rays, end, flux, cell, _ in found:
+            at = self._receives(end)
+            arriving, light = np.where(at, flux, 0.0), np.zeros(len(end))
+            light[at] = flux[at] / self._cast.texel_area[self._cast.arrivals.receiver(end[at])]
+            where = end.astype(np.int64)
+            where[at] = self._cast.arrivals.chart(end[at])
+            parts.append((rays.code, rays.path, where, cell, light, arriving))
+        return Pilot(*map(np.concatenate, zip(*parts, strict=True)), self._cast.entry, most)
+
+    def _bright(self, found):
+        """The Brightness of all that is found."""
+        arrivals, bright = self._cast.arrivals, Brightness(self._cast.texels)
+        for rays, end, flux, _, _ in found:
+            landed = arrivals.of(rays, end)
+            bright.add(arrivals.receiver(end[landed.ray]), landed.x, landed.y, flux[landed.ray])
+        return bright
+
+    def _land_pilot(self, found, pilot):
+        """Land the pilot's points whose light it is to land."""
+        start = 0
+        for rays, end, flux, _, stratum in found:
+            at = np.flatnonzero(pilot.kind[start : start + len(end)] == PILOT)
+            start += len(end)
+            rays = rays.take(at)
+            self._land(rays, end[at], flux[at] / rays.share, stratum[:, at], rays.code)
+
+    def _land_more(self, pilot):
+        """Land more points where light is rough."""
+        cast, rng = self._cast, np.random.default_rng([self._settings.seed, 1])
+        side, words, want = pilot.points()
+        codes = Codes(words)
+        for cell, stratum, m, area in points(cast.water, side, cast.entry.place, rng):
+            rays, met = cast.start(m)
+            for ended, end in cast.follower.ends(rays, codes, want[cell]):
+                at = ended.photon
+                way = np.take(codes.number, ended.code), side[cell[at]]
+                self._land(ended, end, np.take(area * met, at), stratum[:, at], *way)
+
+    def _land(self, rays, end, flux, stratum, *way):
+        """Scatter points of flux (k,) and strata (2,k) that end as Rays on `end` (k,)."""
+        landed, arrives = self._cast.book(rays, end, flux)
+        at = landed.ray
+        stratum = stratum[:, at]
+        key = keys(stratum, *(np.take(part, at) for part in way), landed.path, landed.chart)
+        self._scatter.add(Points(key, stratum.sum(0) % 2 == 0, landed.chart, landed.x, landed.y, arrives))
+
+    def _doubt(self, apart):
+        """Squared error of points, from the difference (C, texels) of their halves."""
+        area = np.repeat(self._cast.texel_area, self._cast.arrivals.side**2)
+        return ((apart.mean(0) / area) ** 2).sum()
+
+    def _beam(self, pilot, sheet, tolerance):
+        """{cause: W (C,)} of what beams do not bring to the sheet, what they start with, and their error."""
+        lit, parts = self._cast.water, [(np.zeros(0, np.int64),) * 2 + (np.zeros(0, bool),)]
+        words = []
+        for word, cells, torn in pilot.beams():
+            triangle = np.flatnonzero(np.repeat(cells, 2) & (lit.area > 0))
+            parts.append((triangle, np.full(len(triangle), len(words)), ~torn[triangle // 2]))
+            words.append(word)
+        triangle, number, clear = map(np.concatenate, zip(*parts, strict=True))
+        lander = CodeLander(self._cast, words, self._brightness)
+        sheet.image = lander.image
+        a, b = (np.take(lit.points, lit.triangles[triangle][:, k].T.ravel(), axis=0).T for k in _SIX)
+        area = lit.area[triangle]
+        return splat_parts((a + b) / 2, area, lander, number, clear, sheet, self._cast.texel_area, tolerance, SIGHT)
