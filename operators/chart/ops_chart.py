@@ -12,12 +12,9 @@ from .make import chart
 _TICK = 0.1
 
 
-class DAPPLE_OT_chart(bpy.types.Operator):
-    """Measure every method on the current frame and draw how good it is against how long it takes. \
-A few minutes; Esc stops, and nothing is written"""
+class _Chart:
+    """Run the chart's iterator."""
 
-    bl_idname = "dapple.chart"
-    bl_label = "Chart Methods"
     bl_options = {"REGISTER"}
 
     @classmethod
@@ -40,8 +37,11 @@ A few minutes; Esc stops, and nothing is written"""
             return self._fail(error)
 
     def invoke(self, context, _event):
-        if bpy.app.background:  # no timer fires
-            return self.execute(context)
+        # In the background no timer fires.
+        return self.execute(context) if bpy.app.background else self.start(context)
+
+    def start(self, context):
+        """Begin in a window."""
         try:
             self._steps = self._begin(context, 0.0)
         except DappleError as error:
@@ -65,7 +65,7 @@ A few minutes; Esc stops, and nothing is written"""
             sentence = next(self._steps)
         except StopIteration as end:
             self.cancel(context)
-            bpy.ops.wm.path_open(filepath=str(end.value[0]))
+            self._show(end.value[0])
             return self._finish(end.value)
         except DappleError as error:
             self.cancel(context)
@@ -95,3 +95,15 @@ A few minutes; Esc stops, and nothing is written"""
     def _fail(self, error):
         self.report({"ERROR"}, str(error))
         return {"CANCELLED"}
+
+    def _show(self, path):
+        """Open the picture with whatever the system opens pictures with."""
+        bpy.ops.wm.path_open(filepath=str(path))
+
+
+class DAPPLE_OT_chart(_Chart, bpy.types.Operator):
+    """Measure every method on the current frame and draw how good it is against how long it takes. \
+A few minutes; Esc stops, and nothing is written"""
+
+    bl_idname = "dapple.chart"
+    bl_label = "Chart Methods"
