@@ -15,6 +15,7 @@ from . import attach
 from .bake import request_from_scene
 from .casters import caster_names
 from .errors import DappleError
+from .lightmap_uvs import supply
 from .presets import PRESETS
 
 RESOLUTION = 256
@@ -52,17 +53,22 @@ def trouble() -> str:
     return _running[0].trouble if _running else ""
 
 
-def start(context) -> None:
-    """Show the current frame, and each that is come to. Raises DappleError, with nothing changed, where it cannot."""
+def start(context) -> str:
+    """Show the current frame, and each that is come to; returns a sentence on UV maps that it had to make, if any.
+
+    Raises DappleError where there is nothing that it can show.
+    """
     stop(context)
     frame = (context.scene.frame_current,)
     request = request_from_scene(context.scene, frames=frame, out="unused")
+    made = supply(context, request)
     settings = replace(request.settings, resolution=RESOLUTION, tolerance=PRESETS["DRAFT"], reuse=0.0)
     live = _Live(context, replace(request, settings=settings))
     live.show(context)
     _running.append(live)
     for handlers, handler in _HANDLERS:
         handlers.append(handler)
+    return made
 
 
 def stop(context) -> None:

@@ -40,7 +40,7 @@ def why_not(scene) -> str:
     return ""
 
 
-def _why_not(context):
+def why_not_yet(context) -> str:
     """As `why_not`, for a button that can take water and receivers from the selection."""
     if not wants_choice(context.scene):
         return why_not(context.scene)
@@ -63,7 +63,7 @@ class _Bake:
 
     @classmethod
     def poll(cls, context):
-        reason = _why_not(context)
+        reason = why_not_yet(context)
         if not reason and _is_baking(context.window_manager):
             reason = "A bake is running: press Esc to stop it"
         if reason:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import bpy
 
 from . import live
+from .choose import choose, wants_choice
 from .errors import DappleError
-from .ops_bake import why_not
+from .ops_bake import why_not_yet
 
 
 class DAPPLE_OT_live_preview(bpy.types.Operator):
@@ -19,7 +20,7 @@ Switched off, before saving and before rendering, the maps on disk are shown aga
 
     @classmethod
     def poll(cls, context):
-        reason = "" if live.is_on() else why_not(context.scene)
+        reason = "" if live.is_on() else why_not_yet(context)
         if context.window_manager.dapple.running:
             reason = "A bake is running: stop it first"
         if reason:
@@ -31,8 +32,11 @@ Switched off, before saving and before rendering, the maps on disk are shown aga
             live.stop(context)
             return {"FINISHED"}
         try:
-            live.start(context)
+            said = [choose(context)] if wants_choice(context.scene) else []
+            said.append(live.start(context))
         except DappleError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
+        for sentence in filter(None, said):
+            self.report({"INFO"}, sentence)
         return {"FINISHED"}

@@ -107,8 +107,19 @@ def test_it_comes_back_after_an_undo_took_it_off(pool):
 
 
 def test_switch_says_what_it_lacks(empty_scene):
-    with pytest.raises(RuntimeError, match="receivers first"):
+    with pytest.raises(RuntimeError, match="Select the water"):
         bpy.ops.dapple.live_preview()
+
+
+def test_selection_is_enough(pool):
+    pool.dapple.water = pool.dapple.receivers = None
+    for obj in bpy.data.objects:
+        obj.select_set(obj.type == "MESH")
+    floor = bpy.data.objects["Floor"].data
+    floor.uv_layers.remove(floor.uv_layers[0])
+    assert bpy.ops.dapple.live_preview() == {"FINISHED"}
+    assert pool.dapple.water.name == "Water"
+    assert mean(shown()) > 0.5
 
 
 def test_what_the_kernels_refuse_is_a_sentence(pool):
