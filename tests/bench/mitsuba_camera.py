@@ -25,7 +25,8 @@ class View:
 class MapCamera:
     """Pictures of a Scene's first receiver in a View, some (R,R) pixels, each about as large as a texel.
 
-    seen (R,R) bool: pixels to which nothing hides the receiver, nor to their neighbours.
+    seen (R,R) bool: pixels to which nothing hides the receiver, nor to their neighbours; texel (R,R,n): which it sees
+    at each of n places in a pixel.
     """
 
     def __init__(self, scene, view, texels):
@@ -44,7 +45,7 @@ class MapCamera:
             "type": "perspective", "fov": float(2 * np.degrees(np.arctan(view.side / 2 / height))), "to_world": place,
             "near_clip": height / 100, "far_clip": 4 * height, "film": film,
         })  # fmt: skip
-        hit, self._texel = self._look(loaded.receivers[0])
+        hit, self.texel = self._look(loaded.receivers[0])
         around = np.pad(hit, 1)
         shifts = [around[i : i + self._pixels, j : j + self._pixels] for i in range(3) for j in range(3)]
         self.seen = np.all(shifts, axis=0)
@@ -61,7 +62,7 @@ class MapCamera:
 
     def of(self, image):
         """What of an image (R,R,3) of the receiver the pixels see, (R,R,3)."""
-        return image.reshape(-1, 3)[self._texel].mean(2)
+        return image.reshape(-1, 3)[self.texel].mean(2)
 
     def _picture(self, depth, samples, seed):
         """Irradiance (R,R,3) of the receiver: a white surface's radiance is E albedo / pi."""

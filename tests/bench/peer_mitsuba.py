@@ -41,22 +41,23 @@ def _aimed(scene, texels):
 
 
 def _ptracer(scene, texels):
-    from bench.mitsuba_camera import FloorCamera
+    from bench.mitsuba_camera import MapCamera
     from bench.peers import run_of
 
-    place = _camera(scene)
-    if place is None:
+    view = _view(scene)
+    if view is None:
         return
     own, count = texels[0], sum(len(t.texel) for t in texels)
-    camera = FloorCamera(replace(scene, lights=_narrow(scene.lights)), *place, own.resolution)
+    camera = MapCamera(replace(scene, lights=_narrow(scene.lights)), view, own)
+    pixel = np.argsort(camera.texel[:, :, 0], axis=None)  # of each texel
     seen = np.zeros(count, bool)
-    seen[: len(own.texel)] = camera.seen.ravel()[own.texel]
+    seen[: len(own.texel)] = camera.seen.ravel()[pixel][own.texel]
     for photons in PHOTONS:
         paths = photons // own.resolution**2
         if paths:
-            seconds, picture = _timed(lambda seed, n=paths: camera.caustics(n, seed))
+            seconds, _ = _timed(lambda seed, n=paths: camera.whole(n, seed))
             light = np.zeros((count, 3))
-            light[: len(own.texel)] = picture.reshape(-1, 3)[own.texel]
+            light[: len(own.texel)] = camera.caustics(paths, 2).reshape(-1, 3)[pixel][own.texel]
             yield run_of("Mitsuba 3, ptracer", f"{paths} paths a texel", seconds, light, seen)
 
 
@@ -68,9 +69,11 @@ def _timed(run):
     return time.process_time() - start, result
 
 
-def _camera(scene):
-    """(side, height) of a FloorCamera that sees the first receiver, None where that is no plane square at z = 0 about
-    the origin: from under the water, or from afar."""
+def _view(scene):
+    """The View of a MapCamera on the first receiver, from under the water or from afar; None where that is no plane
+    square at z = 0 about the origin."""
+    from bench.mitsuba_camera import View
+
     first = scene.receivers[0]
     low, high = first.positions.min(0), first.positions.max(0)
     side = high[0] - low[0]
@@ -79,7 +82,7 @@ def _camera(scene):
     if not (square and plan and np.abs(first.positions[:, 2]).max() < 1e-4 * side):
         return None
     height = 0.8 * scene.water.positions[:, 2].min() if len(scene.water.triangles) else _FAR
-    return float(side), float(height)
+    return View((0, 0, float(height)), float(side))
 
 
 def _narrow(lights):
