@@ -25,9 +25,10 @@ from .landing import Landing
 from .things import CasterThing, WaterThing
 
 _GRIDS = 128, 1024  # the source's, and the finest that is tried
-# The error over the squared difference to the map by half of the grid: where these differences fall by this factor or
-# more, so that the light is resolved, 0.1 to 0.6 was seen on pools and lamps, 1.1 under a low sun; elsewhere up to 15.
-_FALLING, _RESOLVED, _UNRESOLVED = 0.7, 0.5, 10.0
+# The error over the squared difference to the map by half of the grid, as seen on pools, suns and lamps: where these
+# differences fall by this factor or more, so that the light is resolved, 0.1 to 0.6 for small ones, and as many times
+# that as they are over 0.01, up to 5; elsewhere up to 15.
+_FALLING, _RESOLVED, _SMALL, _MOST, _UNRESOLVED = 0.7, 0.5, 1e-2, 5.0, 10.0
 _REASON = "splats of a grid in the light's view, landed by look-ups"
 _LEFT_OUT = [
     "what is finer than a splat of the grid",
@@ -92,7 +93,8 @@ def _left(levels):
     if not mean > 0:
         return 1.0  # if there is light, all of it is missing
     one, two = (((levels[k] - levels[k + 1]) ** 2).mean() / mean**2 for k in (0, 1))
-    return float(one * (_RESOLVED if one < _FALLING * two else _UNRESOLVED))
+    resolved = _RESOLVED * np.clip(one / _SMALL, 1, _MOST)
+    return float(one * (resolved if one < _FALLING * two else _UNRESOLVED))
 
 
 class Map:

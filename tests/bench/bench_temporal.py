@@ -95,7 +95,13 @@ def measure(rows):
             for share in SHARES:
                 images = kept(frames, share)
                 error, mean, flip, flicker, lag = measures(images, truth)
-                cells = f"{error:.2g}", f"{mean:.3g}", f"{flip:.3f}", f"{flicker:.3g}", f"{lag:.2f}"
+                cells = (
+                    f"{error:.2g}",
+                    f"{mean:.3g}",
+                    f"{flip:.3f}",
+                    f"{flicker:.3g}",
+                    f"{lag:.2f}" if lag == lag else "",
+                )
                 rows.add(waves, method, f"{share:g}", *cells)
                 pictures[waves, method, share] = images[-1]
         pictures[waves] = truth[-1]
