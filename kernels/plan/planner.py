@@ -24,12 +24,13 @@ import numpy as np
 from ..splat.plane import one_plane
 from ..surface.footprints import Footprints
 from ..surface.reconstruct import is_smooth
-from ..surface.window import look
+from ..surface.window import glance, look
 from . import cost
 from .choice import FLAT, MESH, SMOOTH, Choice, Plan
 from .still import still_error
 
 _DEARER = 2.0  # times the best: what an anchor's choice may cost
+_FAR = 3.0  # times the tolerance
 _SMALL = 0.15  # of the tolerance: the effect of a term that may be left out
 _PARTED = 1.0  # of the light's variance, by a texel between colours: rather too much
 _PARTS = range(1, 9)
@@ -42,20 +43,27 @@ def planned(scene, texels, settings, smoothing, anchor=None):
     texel_count = sum(len(t.texel) for t in texels)
     rays = bool(texels) and one_plane(scene, texels) is None
     counts = cost.Counts(len(scene.water.triangles), texel_count, max(len(scene.lights), 1) * lights, rays)
-    still = still_error(scene, texels)
+    footprints, still = Footprints.of(scene, texels), np.inf
+    if not _stirred(scene, footprints, settings.tolerance):
+        still = still_error(scene, texels)
     flat = Choice(FLAT, "flat", ("occlusion",), still, cost.flat(counts))
     if flat.fits(settings.tolerance):  # nothing is cheaper
         return Plan(flat, (flat,), {"waves": still})
-    measures = {"waves": still, "casters": len(scene.casters), **_seen(scene, texels, settings, smoothing)}
+    measures = {"waves": still, "casters": len(scene.casters), **_seen(scene, footprints, settings, smoothing)}
     choices = [flat, *_beams(scene, settings, counts, measures)]
     return Plan(_chosen(choices, settings.tolerance, anchor), tuple(choices), measures)
 
 
-def _seen(scene, texels, settings, smoothing):
+def _stirred(scene, footprints, tolerance):
+    """Whether a glance tells that the light is far from that of still water."""
+    some = glance(scene.water) if footprints is not None and is_smooth(scene.water) else None
+    return some is not None and footprints.power(some) - 1 > _FAR * tolerance
+
+
+def _seen(scene, footprints, settings, smoothing):
     """What a window of the water tells: {power: mean square of the light over its squared mean; mesh: the mesh's own
     error, inf where it is not known; disc and dispersion: the errors of leaving them out; in 1, in 2, ...: that of
     k x k parts of each triangle}."""
-    footprints = Footprints.of(scene, texels)
     triangles = look(scene.water, smoothing) if footprints is not None and is_smooth(scene.water) else None
     if triangles is None:
         return {"power": 1.0, "mesh": np.inf}

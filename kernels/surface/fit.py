@@ -38,19 +38,20 @@ class HeightField:
         return out
 
 
-def fit(points, distance, smoothing):
+def fit(points, distance, smoothing, tolerance=_TOLERANCE):
     """The HeightField nearest to points (n,3).
 
-    distance [m]: typical distance of neighbouring points in plan; smoothing: lambda, in points per cell.
+    distance [m]: typical distance of neighbouring points in plan; smoothing: lambda, in points per cell; tolerance:
+    residuals of the normal equations, relative to their right side, coarse and fine.
     """
     x, y, _ = points.T
     rest, plane = detrended(points)
     lattice = coarse_lattice(points[:, :2], distance)
     penalty = smoothing * len(rest) / (4 * lattice.cells[0] * lattice.cells[1])
     c = np.zeros(lattice.shape)
-    c = solve(Samples(lattice, x, y), rest, penalty / _COARSER, c, _TOLERANCE[0])
+    c = solve(Samples(lattice, x, y), rest, penalty / _COARSER, c, tolerance[0])
     lattice = lattice.halved()
-    return HeightField(lattice, solve(Samples(lattice, x, y), rest, penalty, insert_knots(c), _TOLERANCE[1]), plane)
+    return HeightField(lattice, solve(Samples(lattice, x, y), rest, penalty, insert_knots(c), tolerance[1]), plane)
 
 
 def detrended(points):

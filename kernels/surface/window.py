@@ -12,6 +12,8 @@ from .smoothing import LADDER
 _VERTICES = 900  # in the window, about
 _FEWEST = 100, 50  # vertices and triangles, at least
 _RIM = 0.12  # of the window's side: what is left out along its border, where the spline is loose
+_TOLERANCE = 1e-2, 1e-4  # of the fit: a look needs no more
+_SOME = 512  # triangles
 _UPRIGHT = 0.3  # least cosine between normals and the axis of heights
 
 
@@ -29,13 +31,24 @@ def look(water, smoothing):
     if len(points) < _FEWEST[0] or len(ids) < _FEWEST[1]:
         return None
     distance = float(np.sqrt((high - low).prod() / len(points)))
-    field = fit(points, distance, LADDER[-1] if smoothing.value is None else smoothing.value)
+    field = fit(points, distance, LADDER[-1] if smoothing.value is None else smoothing.value, _TOLERANCE)
     corner = water.triangles[ids].T
     at = plan[:, corner]
     between = (at + np.roll(at, -1, axis=1)) / 2
     true, middles = (field.at(*v.reshape(2, -1))[1:].reshape(v.shape) for v in (at, between))
     own = -water.normals[:, :2].T[:, corner] / up[corner]
     return Triangles(at, true, middles, own, share)
+
+
+def glance(water):
+    """Some Triangles of a Water whose normals all look up or all down, with the slopes of its own normals; None for
+    other water."""
+    corner = water.triangles[:: max(1, len(water.triangles) // _SOME)].T
+    if not len(water.triangles) or np.abs(water.normals[corner, 2]).min() < _UPRIGHT:
+        return None
+    slopes = -np.moveaxis(water.normals[corner, :2], 2, 0) / water.normals[corner, 2]
+    middles = (slopes + np.roll(slopes, -1, axis=1)) / 2
+    return Triangles(np.moveaxis(water.positions[corner, :2], 2, 0), slopes, middles, slopes)
 
 
 def _within(plan, low, high):
