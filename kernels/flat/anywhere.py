@@ -22,7 +22,7 @@ class Anywhere:
     def __init__(self, still, scene, texels, shades=True):
         self._still, self._scene, self._texels, self._shades = still, scene, texels, shades
         solids = soup((*scene.receivers, *scene.occluders, *scene.casters))
-        self._tracer = Tracer(*solids)
+        self._tracer = Tracer(*solids) if shades else None
         self._above = bool((still.to_plane(solids[0])[2] > 0).any())
         self._p = still.to_plane(np.concatenate([t.positions for t in texels]))
         self._n = still.frame @ np.concatenate([t.normals for t in texels]).T

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 FLAT, MESH, SMOOTH = "flat", "mesh", "smooth"
 # Of the tolerance, what a prediction may be: the truth is up to as much more, see docs/planner.md.
-_MARGINS = {FLAT: 0.7, MESH: 0.5, SMOOTH: 1.0}
+_MARGINS = {FLAT: 0.85, MESH: 0.5, SMOOTH: 1.0}
 
 
 @dataclass(frozen=True)
