@@ -1,8 +1,8 @@
 """Other renderers that join a chart where they are installed: `./dapple chart SCENE.blend --peers`.
 
 Each works in a process of its own, on one thread, on the same geometry: the smooth water that the chart's reference is
-made of, as a mesh with its normals. Cycles comes with Blender; Mitsuba 3 is `pip install mitsuba`, and needs LLVM 16 or
-newer where the processor has AVX-512.
+made of, as a mesh with its normals. Mitsuba 3 is `pip install mitsuba`, and needs LLVM 16 or newer where the processor
+has AVX-512.
 """
 
 from __future__ import annotations
@@ -19,11 +19,6 @@ FOLDER = Path(__file__).resolve().parent
 _LLVM = ("/usr/lib/x86_64-linux-gnu/libLLVM.so.*", "/usr/lib/x86_64-linux-gnu/libLLVM-1[6-9].so*")
 
 
-def cycles(scene, settings, texels):
-    """Shadow caustics of Cycles (MNEE), baked."""
-    return _peer("Cycles", "peer_cycles.py", scene, settings, texels)
-
-
 def mitsuba(scene, settings, texels):
     """Light tracing with Mitsuba 3."""
     if importlib.util.find_spec("mitsuba") is None:
@@ -32,7 +27,7 @@ def mitsuba(scene, settings, texels):
     yield from _peer("Mitsuba", "peer_mitsuba.py", scene, settings, texels)
 
 
-PEERS = (cycles, mitsuba)
+PEERS = (mitsuba,)
 
 
 def _peer(name, script, scene, settings, texels):
