@@ -50,10 +50,12 @@ class Row:
 
 @dataclass
 class Chart:
-    """rows; the Reference; sentences on what was not measured and why."""
+    """rows; the Reference; needs: the Needs of the scene's physical terms, if they were measured; sentences on what was
+    not measured and why."""
 
     reference: object
     rows: list = field(default_factory=list)
+    needs: list = field(default_factory=list)
     notes: list = field(default_factory=list)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ...kernels.scene import Scene, Settings
 from ..messages import Stage
@@ -28,16 +28,23 @@ class Charted:
 
 
 def answers(job):
-    """Yield a Stage for each step of a ChartJob, and last its Charted."""
+    """Yield a Stage for each step of a ChartJob, and last its Charted; with what the scene needs, if all rungs are
+    asked for."""
     from ...kernels.chart.chart import build
+    from ...kernels.plan.needs import needs
     from .flip import flip
 
     texels = TexelCache(job.settings)
     charts = tuple(texels.of(receiver) for receiver in job.scene.receivers)
     steps = build(job.scene, charts, job.settings, job.methods, flip())
-    while True:
+    chart = None
+    while chart is None:
         try:
             yield Stage(next(steps))
         except StopIteration as end:
-            yield Charted(end.value, charts)
-            return
+            chart = end.value
+    plain = replace(job.settings, match_cycles=False, reuse=0.0)
+    for need in needs(job.scene, charts, plain, repeats=1) if job.methods is None else ():
+        chart.needs.append(need)
+        yield Stage(f"without {need.term.replace('_', ' ')}: error {need.change:.2g}, {-need.seconds:+.3g} s")
+    yield Charted(chart, charts)

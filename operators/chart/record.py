@@ -1,4 +1,4 @@
-"""chart.csv, chart.json and chart.png: the rows, all that was said, and the picture."""
+"""chart.csv, chart.json, chart.png and needs.png: the rows, all that was said, and the pictures."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ import numpy as np
 from ...kernels.chart.chart import Row
 from ..write import write_file, write_json, write_text
 from .flip import MISSING, flip
+from .needs_picture import draw as draw_needs
 from .picture import draw
 
 VERSION = 1
@@ -42,12 +43,15 @@ def written(request, number, scene, chart, warnings):
             "seconds": chart.reference.seconds,
         },
         "rows": [asdict(row) for row in chart.rows],
+        "needs": [asdict(need) for need in chart.needs],
         "notes": notes,
         "warnings": warnings,
     }
-    picture = draw(chart, title, _lines(request, scene, chart))
+    picture, needs = draw(chart, title, _lines(request, scene, chart)), _needs(request, number, chart)
     folder = Path(request.out)
     paths = [folder / f"chart.{kind}" for kind in ("png", "csv", "json")]
+    if needs:
+        write_file(folder / "needs.png", needs)
     write_text(paths[1], table(chart.rows))
     write_json(paths[2], record)
     write_file(paths[0], picture)  # last: where it is, all is
@@ -89,6 +93,15 @@ def _version(package):
         return metadata.version(package)
     except metadata.PackageNotFoundError:
         return "not installed"
+
+
+def _needs(request, number, chart):
+    """The bytes of needs.png, None where nothing was measured."""
+    if not chart.needs:
+        return None
+    asked = request.settings.tolerance
+    line = f"Orange: without it the light is worse than the tolerance, {asked:g}. Grey: it could be left out."
+    return draw_needs(chart.needs, f"{_name()}, frame {number}: what the light of this scene needs", line, asked)
 
 
 def _name():
