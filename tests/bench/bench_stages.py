@@ -162,6 +162,31 @@ def rates():
     yield "walk [ns per triangle step]", *step_cost(Walk, surface, lit.frame @ own.positions.T, first, scene.eta)
 
 
+def caster_rates():
+    """Points and rays per second over a glass ball on a table and over glass.blend, of which points carry both branches
+    at every surface."""
+    import numpy as np
+    from bench.caster_scenes import ball
+    from bench.sample_scenes import read_here
+
+    from dapple.kernels.maps.texels import rasterise
+    from dapple.kernels.scene import Settings
+    from dapple.kernels.trace.cast import over_casters
+
+    for name, scene in (("a glass ball", ball()), ("glass.blend", read_here("glass"))):
+        sun = replace(scene.lights[0], angle=0.0)
+        own = [rasterise(receiver, 512) for receiver in scene.receivers]
+        (cast,) = over_casters(replace(scene, lights=(sun,)), own, Settings())
+
+        def rays(cast=cast):
+            before = cast.follower.cast
+            cast.throw(2e5, np.random.default_rng(0))
+            return cast.follower.cast - before
+
+        yield f"points over {name} [M/s]", *rate(lambda cast=cast: cast.throw(2e5, np.random.default_rng(0))[3], 1e-6)
+        yield f"rays over {name} [M/s]", *rate(rays, 1e-6)
+
+
 def rate(run, scale):
     """(median units per second times `scale`, units): run() returns how many it did."""
     seconds, count = median(run)
@@ -225,7 +250,7 @@ def main():
     load_dapple()
     table = Table()
     table.head("core loop", "median", "units a run")
-    for name, value, units in rates():
+    for name, value, units in (*rates(), *caster_rates()):
         table.add(name, f"{value:.1f}", f"{units / 1e6:.1f} M")
     table.head("water", "extract, first frame [s]", "extract, later frames [s]")
     for name, quads in QUADS.items():

@@ -17,6 +17,11 @@ def read(name, frame=2):
 
 def _read(name, frame):
     load_dapple()
+    return read_here(name, frame)
+
+
+def read_here(name, frame=2):
+    """As `read`, in this process, in which the add-on is registered."""
     import bpy
 
     from dapple.operators.bake import request_from_scene
