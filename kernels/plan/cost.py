@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 # microseconds: to begin with, for a triangle, for a texel
-FLAT = 3000.0, 0.10, 0.015
-FLAT_BY_RAYS = 3000.0, 0.10, 0.60
-BEAMS = 6000.0, 0.65, 0.065
+FLAT = 9000.0, 0.05, 0.06
+FLAT_BY_RAYS = 30000.0, 0.05, 0.54
+BEAMS = 5000.0, 0.63, 0.078
 BEAMS_BY_RAYS = 6000.0, 6.0, 0.50
 SURFACE = 6000.0, 2.6, 0.0  # the spline, and the water of one part a triangle
 PARTS = 0.0, 1.2, 0.0  # of a triangle
