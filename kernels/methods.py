@@ -15,6 +15,7 @@ from .plan.planner import planned
 from .plan.words import reason, told
 from .rays import SLOW
 from .scene import SURFACES, Point
+from .sound_scene import check_scene, check_settings
 from .sound_water import sound_water
 from .splat import photon_splat
 from .sun_map import sun_map
@@ -39,6 +40,8 @@ _OVER_CASTERS = ("photon_splat", "caustic_map")
 
 def prepare(scene, texels, settings):
     """The Anchor of an animation, found on one of its frames: a Scene and its Texels. Raises ValueError as `solve`."""
+    check_settings(settings)
+    check_scene(scene)
     if settings.tile:
         scene, _ = tile.widened(scene, settings.resolution)
     scene, texels, settings, _ = _ready(scene, texels, settings)
@@ -50,8 +53,7 @@ def solve(scene, texels, settings, kept=None):
     """The Solution of a Scene on Texels, one per receiver, by the method that `settings` asks for.
 
     kept: a `Kept` with the Anchor of the frame's animation; without one the frame stands alone. Raises ValueError for a
-    method, surface or term that does not exist, for an impossible dispersion and for water with positions that are not
-    finite.
+    method, surface or term that does not exist, for an impossible dispersion and for what `sound_scene.py` refuses.
     """
     if settings.tile:
         return tile.solve(lambda *wide: solve(*wide, kept), scene, texels, replace(settings, tile=False))
@@ -85,7 +87,9 @@ def _ready(scene, texels, settings):
         raise ValueError(f"method must be auto or one of {', '.join(METHODS)}, got {settings.method!r}")
     if settings.surface not in SURFACES:
         raise ValueError(f"surface must be one of {', '.join(SURFACES)}, got {settings.surface!r}")
+    check_settings(settings)
     scene, settings = left_in(scene, settings)
+    check_scene(scene)
     water, sentences = sound_water(scene.water)
     return *_near_origin(replace(scene, water=water), texels), settings, sentences
 

@@ -30,6 +30,9 @@ def read_lights(lamps, water):
             continue
         found = _READERS[light.type](name, light, matrix)
         power = found.irradiance if light.type == "SUN" else found.intensity
+        if not (power >= 0).all() or not np.isfinite(power).all():
+            warnings.append(f"Lamp '{name}' was left out: its power is negative or no number; set it to more than 0.")
+            continue
         if not power.any():
             continue
         wrong = _wrong(found, water)

@@ -27,6 +27,7 @@ _VARIED = 3.2  # variance of light over its squared mean, for the choice of the 
 _SHARE = 0.7  # of the tolerance, at most: finer cells cost more than beams that are split further
 _LEAST = 0.1  # texels: smaller ellipses change nothing
 _WIDE = 5.0  # texels: where transforms are quicker, and what crosses a border is no small part of a chart
+_WIDEST = 2.0
 _GOLDEN = (np.sqrt(5) - 1) / 2
 
 
@@ -43,7 +44,8 @@ class Disc:
         self.seen = radius > 0 and lit.area.any()
         if not self.seen:
             return
-        self._moments = ellipses(lit, receivers, texels, eta, radius)
+        found = ellipses(lit, receivers, texels, eta, radius)
+        self._moments = [_bounded(own, t.resolution) for own, t in zip(found, texels, strict=True)]
         sizes = [2 * np.sqrt((m[0] + m[1]).mean() / 2) if m.size else 0.0 for m in self._moments]
         self.seen = max(sizes) > _LEAST
         if not self.seen:
@@ -85,6 +87,13 @@ class Disc:
         blurred = self.blur(images.reshape(3, -1)).reshape(images.shape)
         owned = [[t.gather(image)[0] for t, image in zip(self._texels, channel, strict=True)] for channel in blurred]
         return (np.array([np.concatenate(own) for own in owned]) / np.concatenate([t.area for t in self._texels])).T
+
+
+def _bounded(moments, side):
+    """Moments (3,K) of ellipses no wider than `_WIDEST` maps of `side` texels: what is wider evens the light out as
+    much."""
+    size = 2 * np.sqrt(moments[0] + moments[1])
+    return moments * np.minimum(_WIDEST * side / np.maximum(size, np.finfo(float).tiny), 1.0) ** 2
 
 
 def _grid(sizes, counts, enough, finest):

@@ -66,7 +66,7 @@ class Still:
         rim = self.rim
         low, high = rim.min((0, 2), initial=np.inf), rim.max((0, 2), initial=-np.inf)
         if not rim.size:
-            return np.zeros((1, 1)), np.zeros(2), 1.0
+            return np.zeros((2, 2)), np.zeros(2), 1.0
         wide = (high - low).max()
         cell = wide / np.clip(np.ceil(FINER * wide / self._texel), *_CELLS)
         low = low - 1.5 * cell  # so that the first and the last cell are dry

@@ -76,8 +76,13 @@ class Texels:
 def rasterise(receiver, resolution, padding=4):
     """The Texels of a Receiver, `resolution` a side, charts grown by `padding` texels.
 
-    Raises UVError for UVs that are not finite, outside 0..1, without area or overlapping.
+    Raises UVError for UVs that are not finite, outside 0..1, without area or overlapping, ValueError for positions that
+    are not finite and for sizes that are none.
     """
+    if not resolution >= 1 or not padding >= 0:
+        raise ValueError(f"resolution must be 1 or more and padding 0 or more, got {resolution} and {padding}")
+    if not np.isfinite(receiver.positions).all():
+        raise ValueError(f"positions of receiver '{receiver.name}' must be finite")
     corners = _texel_corners(receiver, resolution)
     normals, world = _triangle_normals(receiver)
     flat = cross2(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2

@@ -21,6 +21,7 @@ _CUT = 2.0  # texels on the receiver: parts smaller than this that straddle one 
 _STRAIGHT = 0.05  # texels: how far the edges of larger parts than a texel may bend for that
 _POINT = 0.25  # texels: parts smaller than this that straddle more land point by point
 _DEPTH = 14  # splits at most
+_MANY = 4096  # parts of which it pays to look again whether anything hides in them
 _JUMP = 16.0  # texels: parts that are cut and land further apart than this are looked at for seams
 _HIDDEN = 0.5  # texels: parts smaller than this none of whose rays lands have no light that does, though it is near
 _NEAR = 4.0  # texels: so far apart may rays that agree land, if those about them do not, for light to lie between them
@@ -68,6 +69,9 @@ def _by_parts(work, nodes, six, area, shade, clear):
             break
         nodes, six = _split(work.lander, nodes, np.take(six, rest, axis=1), shade[rest])
         area, shade, clear = np.tile(area[rest] / 4, 4), np.tile(shade[rest], 4), np.tile(clear[rest], 4)
+        some = np.flatnonzero(~clear)
+        if len(some) > _MANY and not work.lander.grazing:  # else what is small and far keeps all of a beam in work
+            clear[some] = work.lander.clear(nodes.m, nodes.n, six[:3, some].T, shade[some])
     return work.lost, work.met, work.error
 
 
