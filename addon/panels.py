@@ -6,6 +6,8 @@ import bpy
 
 from ..operators import live
 from ..operators.choose import flagged_receivers
+from ..operators.density import resolution_for, side_in_metres
+from ..operators.find import name_of
 from ..operators.forecast import forecast, size
 from ..operators.receivers import can_receive
 
@@ -115,7 +117,10 @@ class DAPPLE_PT_output(Sidebar, bpy.types.Panel):
 
     def draw(self, context):
         settings, layout = context.scene.dapple, self.column()
-        layout.prop(settings, "resolution")
+        sizes = layout.column()
+        sizes.enabled = not settings.texels_per_metre
+        sizes.prop(settings, "resolution")
+        layout.prop(settings, "texels_per_metre")
         layout.prop(settings, "use_scene_range")
         frames = layout.column(align=True)
         frames.enabled = not settings.use_scene_range
@@ -170,6 +175,7 @@ def _draw_map(layout, settings, active):
         column.prop(active.dapple, "shared_map")
         if active.type == "MESH":
             column.prop(active.dapple, "instances_receive")
+            _draw_density(column, settings, active)
 
 
 def _draw_progress(layout, context):
@@ -179,3 +185,17 @@ def _draw_progress(layout, context):
     layout.progress(factor=bake.part, text=status, translate=False)
     wrapped(layout, context, bake.text)
     layout.operator("dapple.stop", icon="CANCEL")
+
+
+def _draw_density(column, settings, active):
+    """How fine the map of the active receiver is at the resolution that is set."""
+    side = side_in_metres(active)
+    if side is None:
+        column.label(text="No UV map yet: the bake makes one", icon="INFO")
+        return
+    split = column.split(factor=0.6)
+    split.label(text="Texels per Metre")
+    resolution = settings.resolution
+    if settings.texels_per_metre:
+        resolution = resolution_for(settings.texels_per_metre, (name_of(active),)) or resolution
+    split.label(text=f"{resolution / side:.4g}", translate=False)

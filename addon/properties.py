@@ -219,6 +219,15 @@ class DappleSettings(bpy.types.PropertyGroup):
         precision=4,
         step=0.1,
     )
+    texels_per_metre: FloatProperty(
+        name="Texels per Metre",
+        description="The maps get as many texels as the receiver with the largest need takes for so many on each metre "
+        "of it. 0: they have the resolution that is set",
+        default=0.0,
+        min=0.0,
+        soft_max=1000.0,
+        precision=1,
+    )
     padding: IntProperty(
         name="Size",
         description="Texels that each UV island is grown by, so that no dark seam shows along its border",

@@ -140,6 +140,11 @@ def _find_maps(receiver, out_dir):
     """Return the maps of one receiver: frame -> file. Raises DappleError if there is none."""
     folder = out_dir / folder_name(map_name(receiver))
     files = _maps_in(folder)
+    if not files and any(folder.glob("caustics_*.1???.exr")):
+        raise DappleError(
+            f"The maps of '{receiver.name}' in {folder} are UDIM tiles, of which Blender plays no sequences: load one "
+            "frame as a tiled image, caustics_####.<UDIM>.exr, or lay the UV map out in one tile."
+        )
     if not files:
         raise DappleError(f"No lightmaps of '{receiver.name}' in {folder}: bake it first, or set the output folder.")
     return files

@@ -9,6 +9,7 @@ import bpy
 
 from ..kernels.scene import Settings
 from .choose import receiver_names, water_names
+from .density import resolution_for
 from .errors import DappleError
 from .pool import Pool
 from .record import Record
@@ -50,6 +51,8 @@ def request_from_scene(scene, water=None, receivers=None, frames=None, out=None)
     settings = replace(settings, reuse=float(f"{chosen.reuse:.6g}"), tile=chosen.tile)
     water = water or water_names(scene)
     receivers = receivers or receiver_names(scene, water)
+    wanted = resolution_for(chosen.texels_per_metre, receivers) if chosen.texels_per_metre else None
+    settings = replace(settings, resolution=wanted or settings.resolution)
     out = Path(out or output_folder(chosen.output))
     frames, full, anchor = frames or _frames(scene), chosen.depth == "FULL", _range(scene)[0]
     return BakeRequest(water, receivers, frames, out, settings, _volume(chosen), full, chosen.workers, anchor)

@@ -7,8 +7,10 @@ import numpy as np
 from ..kernels.scene import Receiver
 from .errors import DappleError
 from .find import shows_collection
+from .tiles import tile_name
 
 _FLAT, _NOTHING = 1e-3, 1e-15  # of the area that is worth a word; an area that is none
+_EDGE = 1e-5  # by how much UVs, of float32, may leave their tile
 _FILL = 0x7FFFFFFF  # of the unused numbers of a persistent_id
 
 
@@ -63,7 +65,22 @@ class Maps:
 
     def receivers(self):
         """The Receivers, one for each map, in the order of the names."""
-        return tuple(Receiver(name, *_joined(parts)) for name, parts in sorted(self._parts.items()))
+        joined = ((name, _joined(parts)) for name, parts in sorted(self._parts.items()))
+        return tuple(Receiver(*tile) for name, mesh in joined for tile in _tiles(name, *mesh))
+
+
+def _tiles(name, positions, triangles, uvs):
+    """(name, positions, triangles, uvs in 0..1) of each UDIM tile that UVs (T,3,2) lie in: a map each. All as it is
+    where that is the first tile only, or where a triangle lies in no single tile, which the rasteriser tells."""
+    tile = np.floor(uvs.mean(1) if len(uvs) else np.zeros((0, 2)))
+    inside = np.abs(uvs - tile[:, None] - 0.5) <= 0.5 + _EDGE
+    sound = np.isfinite(uvs).all() and inside.all() and (tile >= 0).all() and (tile[:, 0] <= 9).all()
+    if not sound or not tile.any():
+        yield name, positions, triangles, uvs
+        return
+    for u, v in np.unique(tile, axis=0).astype(int):
+        own = (tile == (u, v)).all(1)
+        yield tile_name(name, 1001 + u + 10 * v), positions, triangles[own], np.clip(uvs[own] - (u, v), 0, 1)
 
 
 def flat_parts(receivers):

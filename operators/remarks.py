@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .errors import DappleError
-from .write import folder_name
+from .write import map_path
 
 LEAST_RESOLUTION, MOST_RESOLUTION = 16, 16384
 _NO_LIGHT = (
@@ -30,7 +30,7 @@ def check_maps(names, resolution):
         raise DappleError(f"{len(names)} maps of {resolution} texels do not fit into memory; set {most} at most.")
     folders = {}
     for name in names:
-        other = folders.setdefault(folder_name(name).casefold(), name)
+        other = folders.setdefault(map_path("", name, 0).as_posix().casefold(), name)
         if other != name:
             raise DappleError(f"Receivers '{other}' and '{name}' would share a folder on some systems; rename one.")
 

@@ -19,6 +19,7 @@ import numpy as np
 
 from .errors import DappleError
 from .exr_encode import encode
+from .tiles import of_tile
 from .turns import clear_up, partial_path
 
 _FORBIDDEN = frozenset('<>:"/\\|?*')
@@ -38,8 +39,10 @@ def folder_name(object_name):
 
 
 def map_path(out, object_name, frame):
-    """Where the lightmap of one object and frame lies."""
-    return Path(out) / folder_name(object_name) / f"caustics_{frame:04d}.exr"
+    """Where the lightmap of one object, or of one of its UDIM tiles, and one frame lies."""
+    receiver, tile = of_tile(object_name)
+    number = f"{frame:04d}.{tile}" if tile else f"{frame:04d}"
+    return Path(out) / folder_name(receiver) / f"caustics_{number}.exr"
 
 
 def write_exr(path, image, full=False):

@@ -142,7 +142,7 @@ def _texel_corners(receiver, resolution):
     if len(uvs) and (uvs.min() < -1e-5 or uvs.max() > 1 + 1e-5):
         raise UVError(
             f"its UV map leaves the unit square (it spans {uvs.min():.3g} to {uvs.max():.3g}); "
-            "scale it into 0..1 (UV > Pack Islands)"
+            "scale it into 0..1 (UV > Pack Islands), or into whole UDIM tiles"
         )
     return np.clip(uvs, 0, 1) * resolution
 

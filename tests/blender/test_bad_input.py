@@ -84,7 +84,7 @@ def flat_uvs(scene):
 
 
 def far_uvs(scene):
-    set_uvs(lambda u, v: (u + 1.0, v))
+    set_uvs(lambda u, v: (u + 0.3, v))
 
 
 def uvs_not_finite(scene):

@@ -1,11 +1,14 @@
 """What takes light, and in which map: objects that share one, instances, a thousand of them."""
 
+import json
+
 import bpy
 import numpy as np
 import pytest
 
 from dapple.operators.attach import attach
 from dapple.operators.bake import bake, request_from_scene
+from dapple.operators.density import side_in_metres
 from dapple.operators.errors import DappleError
 from dapple.operators.extract import read_scene
 from dapple.operators.mesh_arrays import TopologyCache
@@ -150,3 +153,44 @@ def test_maps_that_fit_no_memory_are_told(pool):
     pool.dapple.resolution = 16384
     with pytest.raises(DappleError, match=r"3 maps of 16384 texels do not fit into memory; set 9459 at most"):
         run(pool, frames=(1,))
+
+
+def test_udim_tiles_have_a_map_each(pool, tmp_path):
+    """The halves of the floor in two tiles, one above the other, take what they take in one map."""
+    run(pool, frames=(1,), out=tmp_path / "one")
+    floor = bpy.data.objects["Floor"]
+    for face in floor.data.polygons:
+        up = face.center.x > 0
+        for corner in face.loop_indices:
+            uv = floor.data.uv_layers[0].uv[corner].vector
+            uv.x, uv.y = 2 * uv.x - up, uv.y + up
+    floor.data.update()
+    (last,) = run(pool, frames=(1,), out=tmp_path / "two")
+    assert [path.name for path in last.maps] == ["caustics_0001.1001.exr", "caustics_0001.1011.exr"]
+    for path in last.maps:
+        assert_still(read_exr(path).astype(float))
+    books = [json.loads((tmp_path / out / "bake.json").read_text())["frames"]["1"] for out in ("one", "two")]
+    flux = [np.sum(list(entry["flux_received"].values()), axis=0) for entry in books]
+    np.testing.assert_allclose(flux[1], flux[0], rtol=2e-4)
+    with pytest.raises(DappleError, match=r"'Floor' .* are UDIM tiles, of which Blender plays no sequences"):
+        attach(bpy.context, ("Floor",), tmp_path / "two")
+
+
+def test_faces_between_tiles_are_told(pool):
+    for uv in bpy.data.objects["Floor"].data.uv_layers[0].uv:
+        uv.vector.x += 0.3
+    with pytest.raises(DappleError, match=r"'Floor' cannot take a lightmap: .*leaves the unit square"):
+        run(pool, frames=(1,))
+
+
+@pytest.mark.parametrize(("scale", "density", "side"), [(1.0, 8.0, 16), (1.0, 100.0, 208), (4.0, 100.0, 800)])
+def test_texels_per_metre_set_the_resolution(pool, scale, density, side):
+    """The floor of 2 m fills its map: 100 texels a metre take 200, in steps of 16."""
+    floor = bpy.data.objects["Floor"]
+    floor.scale = scale, scale, 1.0
+    bpy.context.view_layer.update()
+    assert side_in_metres(floor) == pytest.approx(2.0 * scale)
+    pool.dapple.texels_per_metre = density
+    assert request_from_scene(pool).settings.resolution == side
+    pool.dapple.texels_per_metre = 0.0
+    assert request_from_scene(pool).settings.resolution == 32
