@@ -1,7 +1,7 @@
-"""The charts of the sample scenes, with other renderers: docs/images/chart_*.png and docs/ladder_tables.md.
+"""The charts of sample scenes: docs/images/chart_*.png, needs_*.png and docs/ladder_tables.md.
 
-Run as `.venv/bin/python tests/figures/draw_charts.py`; it takes about half an hour, and needs `mitsuba` and
-`flip-evaluator` from PyPI for all that the tables hold.
+Run as `.venv/bin/python tests/figures/draw_charts.py`; it takes about ten minutes, and needs `flip-evaluator` from PyPI
+for all that the tables hold.
 """
 
 from __future__ import annotations
@@ -15,18 +15,19 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 # scene -> texels along a map's side
-SCENES = {"pool": 256, "calm_pond": 256, "ocean": 128, "lagoon": 128, "glass": 128}
+SCENES = {"pool": 128, "calm_pond": 128}
 HEAD = "rung", "at", "CPU [s]", "error", "relMSE", "MAE", "FLIP", "energy", "own estimate", ""
 
 
 def command(name):
     """The words after ./dapple that make a scene's chart."""
-    return ["chart", f"sample_blends/{name}.blend", "--frame", "2", "--resolution", str(SCENES[name]), "--peers"]
+    return ["chart", f"sample_blends/{name}.blend", "--frame", "2", "--resolution", str(SCENES[name])]
 
 
 def table(name, known):
     """The lines of a scene's table, of its chart.json."""
     lines = [f"## {name}.blend", "", f"`./dapple {' '.join(command(name))}`", "", f"![](images/chart_{name}.png)", ""]
+    lines += [f"![](images/needs_{name}.png)", ""]
     lines += [f"| {' | '.join(HEAD)} |", "|" + "---|" * len(HEAD)]
     for row in known["rows"]:
         marks = ["front"] * row["on_front"] + ["below the reference's error"] * row["below_floor"]
@@ -51,7 +52,8 @@ def write(folder):
     lines = [f"Measured on {first['date']} by `.venv/bin/python tests/figures/draw_charts.py`: {first['machine']}, one"]
     lines += [f"core; {versions}. [What the columns say](ladder.md#the-chart).", ""]
     for name, own in known.items():
-        shutil.copy(folder / name / "chart.png", ROOT / "docs" / "images" / f"chart_{name}.png")
+        for kind in ("chart", "needs"):
+            shutil.copy(folder / name / f"{kind}.png", ROOT / "docs" / "images" / f"{kind}_{name}.png")
         lines += table(name, own)
     (ROOT / "docs" / "ladder_tables.md").write_text("\n".join(lines))
 

@@ -76,7 +76,7 @@ def main():
     for axis, (name, note, image, error, seconds) in zip(figure.subplots(2, 4).flat, pictures, strict=True):
         axis.imshow(image[CROP].mean(2), cmap="inferno", norm=PowerNorm(0.5, 0, BRIGHTEST), origin="lower")
         axis.set_title(name, fontsize=11, fontweight="bold", loc="left")
-        cost = f"error {error:.1g}, {seconds:.2f} s" if seconds else f"error {error:.0e}"
+        cost = f"error {error:.2g}, {seconds:.2f} s" if seconds else f"error {error:.1g}"
         axis.set_xlabel(f"{note}\n{cost}", fontsize=10, loc="left")
         axis.set_xticks([])
         axis.set_yticks([])
