@@ -21,8 +21,8 @@ _PATIENCE = 15.0  # CPU s: a rung that took longer is asked for nothing finer
 @dataclass(frozen=True)
 class Row:
     """One run. rung, label: what it is called; method: which one ran; asked: its tolerance, None where it knows none;
-    seconds: CPU s, the median of `runs`; error: mean squared error over the squared mean, as tolerances count;
-    relmse: the same over the mean square; mae: mean absolute error over the mean; energy: relative error of the flux;
+    seconds: CPU s, the median of `runs`; error: mean squared error over the mean square, as tolerances count;
+    by_mean: the same over the squared mean; mae: mean absolute error over the mean; energy: relative error of the flux;
     flip: mean HDR-FLIP, None where nothing can tell; estimated: what the method says of its error; reason: why auto
     took it; peer: whether it is no method of ours; seen: the part of the texels that it was judged on; on_front:
     whether no other rung is both as quick and as good; below_floor: the error is less than that of the reference;
@@ -35,7 +35,7 @@ class Row:
     seconds: float
     runs: int
     error: float
-    relmse: float
+    by_mean: float
     mae: float
     energy: float
     flip: float | None = None
@@ -128,8 +128,8 @@ class _Judge:
         """A Row for light (K,3), judged where it is `seen`."""
         maps = self._maps
         judged = {
-            "error": maps.error_by_mean(light, seen=seen),
-            "relmse": maps.error(light, seen=seen),
+            "error": maps.error(light, seen=seen),
+            "by_mean": maps.error_by_mean(light, seen=seen),
             "mae": maps.mean_error(light, seen=seen),
             "energy": maps.energy(light, seen=seen),
             "seen": 1.0 if seen is None else float(np.mean(seen)),

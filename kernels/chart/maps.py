@@ -27,12 +27,12 @@ class Maps:
         return cls(light, np.concatenate([np.zeros(0), *(t.area for t in texels)]), cuts)
 
     def error(self, light, part=None, seen=None):
-        """Mean squared error over the mean square of the light."""
+        """Mean squared error over the mean square of the light: what Settings.tolerance means."""
         mine, theirs, weight = self._of(light, part, seen)
         return _over((weight * (theirs - mine) ** 2).sum(), (weight * mine**2).sum())
 
     def error_by_mean(self, light, part=None, seen=None):
-        """Mean squared error of the mean of the channels over its squared mean: what Settings.tolerance means."""
+        """Mean squared error of the mean of the channels over its squared mean."""
         mine, theirs, weight = self._of(light, part, seen)
         mine, theirs, weight = mine.mean(1), theirs.mean(1), weight[:, 0]
         return _over((weight * (theirs - mine) ** 2).sum() * weight.sum(), (weight * mine).sum() ** 2)

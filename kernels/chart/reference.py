@@ -33,7 +33,7 @@ _SEED = 5
 @dataclass(frozen=True)
 class Reference:
     """maps: the Maps of the light; error: the variance of the reference as its replicas tell it, or the error that they
-    have in common as far as is known, over the squared mean, as Settings.tolerance counts; flux_error: standard error
+    have in common as far as is known, over the mean square, as Settings.tolerance counts; flux_error: standard error
     of the whole flux, relative; suns: how many stand for a sun's disc, 0 where none is wide; seconds that it took."""
 
     maps: Maps
@@ -72,7 +72,7 @@ def _of(texels, first, second, least, suns, seconds):
     """The Reference of two replicas' light (K,3), with an error of `least` at least."""
     maps = Maps.of(texels, (first + second) / 2)
     apart = maps.light + (first - second) / 2  # half the difference has the variance of the mean
-    error = max(maps.error_by_mean(apart), least)
+    error = max(maps.error(apart), least)
     return Reference(maps, error, abs(maps.energy(apart)), suns, seconds)
 
 

@@ -1,7 +1,7 @@
 """The same square metre of the pool's floor by every rung of the ladder, with its error and its time.
 
 Run as `.venv/bin/python tests/figures/draw_ladder.py`; it writes docs/images/ladder.png and takes about two minutes, on
-one core. Errors are against the chart's reference over all receivers, as `tolerance` counts them.
+one core. Errors are against the chart's reference over all receivers, over the squared mean of the light.
 """
 
 from __future__ import annotations
