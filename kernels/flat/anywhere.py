@@ -96,7 +96,7 @@ class Anywhere:
         points = (self._steps(ids, bare)[1] + bends / FINER**2) / _BENDS
         texel = np.sqrt(self._area.mean())
         off = doubt(self._still, light, ways.take(pick), e[pick], self._scene.eta, through, texel, border / len(lit))
-        return off * len(lit) / len(pick) + points
+        return off * len(lit) / max(len(pick), 1) + points
 
     def _steps(self, ids, e):
         """Sums of the squared first and second differences of light e (n,) of texels ids (n,) along both axes of their
