@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import bpy
 
-from ..operators.bake import output_folder
+from ..operators.bake.bake import output_folder
+from ..operators.bake.last_bake import last_bake
 from ..operators.errors import DappleError
-from ..operators.last_bake import last_bake
-from ..operators.overlay import colour_name
+from ..operators.maps.overlay import colour_name
 from .panels import Sidebar, wrapped
 from .properties import METHODS
 

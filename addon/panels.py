@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import bpy
 
-from ..operators import live
-from ..operators.choose import flagged_receivers
-from ..operators.density import resolution_for, side_in_metres
-from ..operators.find import name_of
-from ..operators.forecast import forecast, size
-from ..operators.receivers import can_receive
+from ..operators.bake.forecast import forecast, size
+from ..operators.buttons.choose import flagged_receivers
+from ..operators.read.density import resolution_for, side_in_metres
+from ..operators.read.find import name_of
+from ..operators.read.receivers import can_receive
+from ..operators.show import live
 
 
 class Sidebar:

@@ -3,8 +3,8 @@
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
-from ..operators.find import can_be_water
-from ..operators.presets import CUSTOM, PRESETS, preset_of
+from ..operators.buttons.presets import CUSTOM, PRESETS, preset_of
+from ..operators.read.find import can_be_water
 
 # Blender 4.5 and later want to be told that a path may start with //; earlier ones do not know the word.
 BLEND_RELATIVE = {"PATH_SUPPORTS_BLEND_RELATIVE"} if bpy.app.version >= (4, 5) else set()
@@ -66,7 +66,7 @@ QUALITIES = (
     ("CUSTOM", "Custom", "The tolerance is none of the presets"),
 )
 
-# In the order of operators.volume.FACES.
+# In the order of operators.read.volume.FACES.
 CULLING = (
     ("-X", "-X", "Light that leaves by side -X ends there", 1),
     ("+X", "+X", "Light that leaves by side +X ends there", 2),

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import bpy
 
-from ..operators import live
+from ..operators.buttons.ops_attach import DAPPLE_OT_attach, DAPPLE_OT_detach
+from ..operators.buttons.ops_bake import DAPPLE_OT_bake_animation, DAPPLE_OT_bake_frame, DAPPLE_OT_stop
+from ..operators.buttons.ops_choose import DAPPLE_OT_choose
+from ..operators.buttons.ops_export import DAPPLE_OT_export
+from ..operators.buttons.ops_live import DAPPLE_OT_live_preview
+from ..operators.buttons.ops_overlay import DAPPLE_OT_show_status
+from ..operators.buttons.ops_uvs import DAPPLE_OT_lightmap_uvs
 from ..operators.chart.ops_chart import DAPPLE_OT_chart
-from ..operators.ops_attach import DAPPLE_OT_attach, DAPPLE_OT_detach
-from ..operators.ops_bake import DAPPLE_OT_bake_animation, DAPPLE_OT_bake_frame, DAPPLE_OT_stop
-from ..operators.ops_choose import DAPPLE_OT_choose
-from ..operators.ops_export import DAPPLE_OT_export
-from ..operators.ops_live import DAPPLE_OT_live_preview
-from ..operators.ops_overlay import DAPPLE_OT_show_status
-from ..operators.ops_uvs import DAPPLE_OT_lightmap_uvs
+from ..operators.show import live
 from . import panel_status, panels
 from .properties import DappleObject, DappleProgress, DappleSettings
 

@@ -11,11 +11,11 @@ import bpy
 from ..kernels.presets import PRESETS
 from ..kernels.scene import SURFACES
 from . import cli_export
-from .bake import bake, request_from_scene
+from .bake.bake import bake, request_from_scene
 from .chart import command as chart
 from .errors import DappleError
-from .exr_file import is_whole
-from .lightmap_uvs import supply
+from .maps.exr_file import is_whole
+from .read.lightmap_uvs import supply
 
 _UNSAVED = (
     "The file itself stays as it is: press Make Lightmap UVs in it, which makes the same, before you attach maps."

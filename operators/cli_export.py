@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import bpy
 
-from .bake import request_from_scene
-from .export import Export, export
+from .bake.bake import request_from_scene
+from .maps.export import Export, export
 
 
 def add_words(commands, names, frames):

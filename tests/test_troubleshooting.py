@@ -11,7 +11,7 @@ LEAST = 12  # letters: shorter pieces between "..." could stand anywhere
 def sentences(root):
     """All texts of the operators, names and numbers in them as "...", joined where the source splits them."""
     found = []
-    for path in sorted((root / "operators").glob("*.py")):
+    for path in sorted((root / "operators").rglob("*.py")):
         for node in ast.walk(ast.parse(path.read_text())):
             if isinstance(node, ast.Constant) and isinstance(node.value, str):
                 found.append(re.sub(r"\{[^}]*\}", "...", node.value))

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import bpy
 
-from ..bake import request_from_scene
+from ..bake.bake import request_from_scene
 from ..errors import DappleError
 from .make import chart
 

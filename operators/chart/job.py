@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from ...kernels.scene import Scene, Settings
-from ..messages import Stage
-from ..shared import TexelCache
+from ..bake.messages import Stage
+from ..bake.shared import TexelCache
 
 
 @dataclass(frozen=True)

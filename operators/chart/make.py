@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import sys
 
-from ..bake import check
+from ..bake.bake import check
+from ..bake.messages import Died, Failed, Stage
+from ..bake.pool import Pool
+from ..bake.remarks import check_maps
+from ..bake.timeline import Timeline
 from ..errors import DappleError
-from ..extract import read_scene
-from ..mesh_arrays import TopologyCache
-from ..messages import Died, Failed, Stage
-from ..pool import Pool
-from ..remarks import check_maps
-from ..timeline import Timeline
-from ..write import check_folder
+from ..maps.write import check_folder
+from ..read.extract import read_scene
+from ..read.mesh_arrays import TopologyCache
 from .job import Charted, ChartJob
 from .record import written
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import bpy
 
-from ..bake import request_from_scene
+from ..bake.bake import request_from_scene
+from ..buttons.ops_bake import why_not
 from ..errors import DappleError
-from ..ops_bake import why_not
 from .make import chart
 
 _TICK = 0.1

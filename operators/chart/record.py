@@ -14,7 +14,7 @@ import bpy
 import numpy as np
 
 from ...kernels.chart.chart import Row
-from ..write import write_file, write_json, write_text
+from ..maps.write import write_file, write_json, write_text
 from .flip import MISSING, flip
 from .needs_picture import draw as draw_needs
 from .picture import draw

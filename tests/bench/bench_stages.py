@@ -70,8 +70,8 @@ def blender_pool(quads):
 
 def extraction(quads):
     """Seconds of reading a frame from Blender: the first, with its adjacency, and a later one."""
-    from dapple.operators.extract import read_scene
-    from dapple.operators.mesh_arrays import TopologyCache
+    from dapple.operators.read.extract import read_scene
+    from dapple.operators.read.mesh_arrays import TopologyCache
 
     depsgraph, topology = blender_pool(quads), TopologyCache()
     first, _ = median(lambda: read_scene(depsgraph, ("Water",), ("Floor",), TopologyCache()))
@@ -86,7 +86,7 @@ def stages(resolution, quads):
     from dapple.kernels.maps.texels import rasterise
     from dapple.kernels.methods import solve
     from dapple.kernels.scene import Settings
-    from dapple.operators.write import write_exr
+    from dapple.operators.maps.write import write_exr
 
     scene = pool(quads=quads)
     raster, own = median(lambda: rasterise(scene.receivers[0], resolution), 1)
@@ -105,7 +105,7 @@ def sample_pool():
     ring, a coping."""
     import bpy
 
-    from dapple.operators.bake import bake, request_from_scene
+    from dapple.operators.bake.bake import bake, request_from_scene
 
     bpy.ops.wm.open_mainfile(filepath=str(ROOT / "sample_blends" / "pool.blend"))
     runs = []

@@ -22,7 +22,7 @@ REPEATS = 3
 
 def watched(peaks):
     """A Pool that notes the peaks of its workers' memory [bytes] before they end."""
-    from dapple.operators.pool import Pool
+    from dapple.operators.bake.pool import Pool
 
     class Watched(Pool):
         def close(self):
@@ -38,7 +38,7 @@ def bake(scene, folder, **changes):
     """Bake, with changes to the settings or else the request; returns seconds by the clock and peaks of memory."""
     import bpy
 
-    from dapple.operators import bake as module
+    from dapple.operators.bake import bake as module
 
     request, peaks = replace(module.request_from_scene(scene), out=Path(folder)), []
     own = {key: changes.pop(key) for key in list(changes) if hasattr(request, key)}
@@ -54,7 +54,7 @@ def memory():
     """Rows: scene, resolution, tolerance, stated and measured megabytes of a worker, and their ratio."""
     import bpy
 
-    from dapple.operators.forecast import forecast
+    from dapple.operators.bake.forecast import forecast
 
     for name, resolution, tolerance in CASES:
         bpy.ops.wm.open_mainfile(filepath=str(ROOT / "sample_blends" / f"{name}.blend"))
@@ -93,7 +93,7 @@ def main(what, *numbers):
     import bpy
 
     import dapple
-    from dapple.operators.memory import cores
+    from dapple.operators.bake.memory import cores
     from dapple.tests.bench.bench_stages import machine
 
     bpy.ops.wm.read_factory_settings(use_empty=True)

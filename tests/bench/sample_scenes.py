@@ -24,9 +24,9 @@ def read_here(name, frame=2):
     """As `read`, in this process, in which the add-on is registered."""
     import bpy
 
-    from dapple.operators.bake import request_from_scene
-    from dapple.operators.extract import read_scene
-    from dapple.operators.mesh_arrays import TopologyCache
+    from dapple.operators.bake.bake import request_from_scene
+    from dapple.operators.read.extract import read_scene
+    from dapple.operators.read.mesh_arrays import TopologyCache
 
     bpy.ops.wm.open_mainfile(filepath=str(ROOT / "sample_blends" / f"{name}.blend"))
     request = request_from_scene(bpy.context.scene, frames=(frame, frame + 1), out=".")

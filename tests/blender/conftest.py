@@ -46,7 +46,7 @@ def empty_scene():
 @pytest.fixture
 def out(empty_scene, tmp_path):
     """A folder that has maps of "Floor" and "Wall" for frames 3 to 5: the irradiance is the frame's number."""
-    from dapple.operators.write import map_path, write_exr
+    from dapple.operators.maps.write import map_path, write_exr
 
     for name in ("Floor", "Wall"):
         for frame in (3, 4, 5):

@@ -10,8 +10,8 @@ import OpenEXR
 import dapple.kernels
 from dapple.kernels.anchor import Anchor
 from dapple.kernels.scene import Diagnostics, Solution
-from dapple.operators import bake
-from dapple.operators.solver import Solver
+from dapple.operators.bake import bake
+from dapple.operators.bake.solver import Solver
 
 
 def add_grid(name, z, collection=None, n=4):

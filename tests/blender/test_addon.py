@@ -11,8 +11,8 @@ bpy = pytest.importorskip("bpy")
 import dapple  # noqa: E402
 from dapple.addon.properties import _is_box  # noqa: E402
 from dapple.operators import ops_attach, ops_bake  # noqa: E402
+from dapple.operators.bake.progress import Preview, Waiting, clock  # noqa: E402
 from dapple.operators.errors import DappleError  # noqa: E402
-from dapple.operators.progress import Preview, Waiting, clock  # noqa: E402
 
 CLASSES = (
     "DappleSettings",

@@ -6,7 +6,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from dapple.operators.attach import attach, detach  # noqa: E402
+from dapple.operators.show.attach import attach, detach  # noqa: E402
 from dapple.tests.blender.attach_scene import (  # noqa: E402
     glowing,
     grouped,

@@ -7,9 +7,9 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from dapple.operators.attach import attach, detach, refresh  # noqa: E402
 from dapple.operators.errors import DappleError  # noqa: E402
-from dapple.operators.write import map_path, write_exr  # noqa: E402
+from dapple.operators.maps.write import map_path, write_exr  # noqa: E402
+from dapple.operators.show.attach import attach, detach, refresh  # noqa: E402
 from dapple.tests.blender import waters  # noqa: E402
 from dapple.tests.blender.attach_scene import plane, principled, shader, state, surface_of, without_surface  # noqa: E402
 

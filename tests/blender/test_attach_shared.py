@@ -4,8 +4,8 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from dapple.operators.attach import attach, detach  # noqa: E402
 from dapple.operators.errors import DappleError  # noqa: E402
+from dapple.operators.show.attach import attach, detach  # noqa: E402
 from dapple.tests.blender.attach_scene import dump, plane, principled, state  # noqa: E402
 
 

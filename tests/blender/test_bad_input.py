@@ -9,9 +9,9 @@ import bpy
 import numpy as np
 import pytest
 
-from dapple.operators.bake import bake, request_from_scene
+from dapple.operators.bake.bake import bake, request_from_scene
 from dapple.operators.errors import DappleError
-from dapple.operators.exr_file import is_whole
+from dapple.operators.maps.exr_file import is_whole
 from dapple.tests.blender.small_pool import add_grid, build_pool, files_in, solve_by_height, use_solver
 
 

@@ -10,7 +10,7 @@ import bpy
 import numpy as np
 import pytest
 
-from dapple.operators.bake import bake, request_from_scene
+from dapple.operators.bake.bake import bake, request_from_scene
 from dapple.operators.errors import DappleError
 from dapple.tests.blender.small_pool import HALF, add_grid, build_pool, files_in, read_exr, solve_by_height, use_solver
 from dapple.tests.waves import transmitted
@@ -211,7 +211,7 @@ def test_warnings_reach_the_record(pool, out):
 
 @pytest.mark.bpy_module
 def test_buttons_load_without_embreex(root):
-    code = "import sys, dapple.operators.ops_bake; sys.exit('embreex' in sys.modules)"
+    code = "import sys, dapple.operators.buttons.ops_bake; sys.exit('embreex' in sys.modules)"
     hook = "import runpy, sys; runpy.run_path(sys.argv[1] + '/tests/conftest.py'); "
     assert subprocess.run([sys.executable, "-c", hook + code, str(root)], check=False).returncode == 0
 

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from dapple.kernels.scene import Settings
-from dapple.operators.bake import BakeRequest, bake
-from dapple.operators.caches import Player
-from dapple.operators.mesh_arrays import read_geometry
+from dapple.operators.bake.bake import BakeRequest, bake
+from dapple.operators.read.caches import Player
+from dapple.operators.read.mesh_arrays import read_geometry
 from dapple.tests.blender import waters
 from dapple.tests.blender.small_pool import add_grid
 

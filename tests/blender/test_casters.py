@@ -10,12 +10,12 @@ import pytest
 from mathutils import Euler, Matrix, Vector
 
 from dapple.kernels.casters import Glass, Mirror
-from dapple.operators.bake import bake, request_from_scene
-from dapple.operators.casters import caster_names
+from dapple.operators.bake.bake import bake, request_from_scene
 from dapple.operators.errors import DappleError
-from dapple.operators.extract import read_scene
-from dapple.operators.mesh_arrays import TopologyCache
-from dapple.operators.volume import Bounds
+from dapple.operators.read.casters import caster_names
+from dapple.operators.read.extract import read_scene
+from dapple.operators.read.mesh_arrays import TopologyCache
+from dapple.operators.read.volume import Bounds
 from dapple.tests.blender.small_pool import add_grid, build_pool, solve_by_height, use_solver
 
 

@@ -3,8 +3,8 @@
 import bpy
 import pytest
 
-from dapple.operators.bake import request_from_scene
-from dapple.operators.choose import choose, wants_choice
+from dapple.operators.bake.bake import request_from_scene
+from dapple.operators.buttons.choose import choose, wants_choice
 from dapple.operators.errors import DappleError
 from dapple.tests.blender.attach_scene import plane, principled, shader
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from waves import pool
 
-from dapple.operators.digest import checksum, code, digest
+from dapple.operators.read.digest import checksum, code, digest
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from dapple.operators import cli
-from dapple.operators.attach import attach
-from dapple.operators.bake import bake, request_from_scene
+from dapple.operators.bake.bake import bake, request_from_scene
 from dapple.operators.errors import DappleError
-from dapple.operators.export import Export, export
-from dapple.operators.read_map import read_map
+from dapple.operators.maps.export import Export, export
+from dapple.operators.maps.read_map import read_map
+from dapple.operators.show.attach import attach
 from dapple.tests.blender.small_pool import build_pool, files_in, read_exr, solve_by_height, use_solver
 
 

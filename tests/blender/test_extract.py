@@ -8,8 +8,8 @@ import pytest
 from mathutils import Euler, Matrix, Vector
 
 from dapple.operators.errors import DappleError
-from dapple.operators.extract import read_scene
-from dapple.operators.mesh_arrays import TopologyCache
+from dapple.operators.read.extract import read_scene
+from dapple.operators.read.mesh_arrays import TopologyCache
 
 
 def add(mesh_name, data):

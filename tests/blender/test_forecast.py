@@ -4,8 +4,8 @@ import bpy
 import pytest
 
 from dapple.kernels.scene import Settings
-from dapple.operators import memory
-from dapple.operators.forecast import forecast, size
+from dapple.operators.bake import memory
+from dapple.operators.bake.forecast import forecast, size
 from dapple.tests.blender.small_pool import add_grid, build_pool
 
 

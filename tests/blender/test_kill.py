@@ -11,9 +11,9 @@ from pathlib import Path
 import bpy
 import pytest
 
-from dapple.operators.bake import bake, request_from_scene
-from dapple.operators.exr_file import is_whole
-from dapple.operators.progress import Progress, Waiting
+from dapple.operators.bake.bake import bake, request_from_scene
+from dapple.operators.bake.progress import Progress, Waiting
+from dapple.operators.maps.exr_file import is_whole
 from dapple.tests.blender.killing import bake_whole, differences, kill_often, save_waves, session, start
 from dapple.tests.blender.small_pool import files_in
 

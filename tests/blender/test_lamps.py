@@ -6,7 +6,7 @@ import bpy
 import numpy as np
 import pytest
 
-from dapple.operators.bake import bake, request_from_scene
+from dapple.operators.bake.bake import bake, request_from_scene
 from dapple.tests.blender.small_pool import build_pool, read_exr
 
 SIDE = 16  # texels of the map, and pixels of the render, along each side of the floor

@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 
 from dapple.kernels.maps.texels import overlap, rasterise
-from dapple.operators.bake import bake, request_from_scene
+from dapple.operators.bake.bake import bake, request_from_scene
 from dapple.operators.errors import DappleError
-from dapple.operators.extract import read_scene
-from dapple.operators.lightmap_uvs import make, supply
-from dapple.operators.mesh_arrays import LAYER, TopologyCache
+from dapple.operators.read.extract import read_scene
+from dapple.operators.read.lightmap_uvs import make, supply
+from dapple.operators.read.mesh_arrays import LAYER, TopologyCache
 from dapple.tests.blender.small_pool import add_grid, build_pool, read_exr
 from dapple.tests.waves import transmitted
 

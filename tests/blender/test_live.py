@@ -4,10 +4,10 @@ import bpy
 import numpy as np
 import pytest
 
-from dapple.operators import live
-from dapple.operators.attach import attach
-from dapple.operators.attach_slots import SLOTS
-from dapple.operators.bake import bake, request_from_scene
+from dapple.operators.bake.bake import bake, request_from_scene
+from dapple.operators.show import live
+from dapple.operators.show.attach import attach
+from dapple.operators.show.attach_slots import SLOTS
 from dapple.tests.blender.attach_scene import state
 from dapple.tests.blender.small_pool import build_pool, files_in, solve_by_height, use_solver
 

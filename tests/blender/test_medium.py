@@ -4,7 +4,7 @@ import bpy
 import pytest
 
 from dapple.operators.errors import DappleError
-from dapple.operators.medium import read_eta
+from dapple.operators.read.medium import read_eta
 
 
 @pytest.fixture

@@ -6,12 +6,12 @@ import bpy
 import numpy as np
 import pytest
 
-from dapple.operators.attach import attach
-from dapple.operators.bake import bake, request_from_scene
-from dapple.operators.density import side_in_metres
+from dapple.operators.bake.bake import bake, request_from_scene
 from dapple.operators.errors import DappleError
-from dapple.operators.extract import read_scene
-from dapple.operators.mesh_arrays import TopologyCache
+from dapple.operators.read.density import side_in_metres
+from dapple.operators.read.extract import read_scene
+from dapple.operators.read.mesh_arrays import TopologyCache
+from dapple.operators.show.attach import attach
 from dapple.tests.blender.small_pool import add_grid, build_pool, files_in, read_exr
 from dapple.tests.waves import transmitted
 

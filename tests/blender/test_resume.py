@@ -8,7 +8,7 @@ from pathlib import Path
 import bpy
 import pytest
 
-from dapple.operators.bake import bake, request_from_scene
+from dapple.operators.bake.bake import bake, request_from_scene
 from dapple.operators.errors import DappleError
 from dapple.tests.blender.small_pool import build_pool, files_in, solve_by_height, use_solver
 
@@ -94,7 +94,7 @@ def test_whatever_a_map_follows_from_redoes_it(pool, solved, change):
 
 def test_another_version_of_dapple_redoes_all(pool, solved, monkeypatch):
     run(pool, frames=(1,))
-    monkeypatch.setattr("dapple.operators.run.code", lambda: "another")
+    monkeypatch.setattr("dapple.operators.bake.run.code", lambda: "another")
     run(pool, frames=(1,))
     assert len(solved) == 2
 

@@ -8,12 +8,12 @@ import bpy
 import numpy as np
 import pytest
 
-from dapple.operators import bake as bake_module
-from dapple.operators.bake import bake, request_from_scene
+from dapple.operators.bake import bake as bake_module
+from dapple.operators.bake.bake import bake, request_from_scene
+from dapple.operators.bake.messages import Died
+from dapple.operators.bake.progress import Progress, Waiting
+from dapple.operators.bake.turns import clear_up, partial_path
 from dapple.operators.errors import DappleError
-from dapple.operators.messages import Died
-from dapple.operators.progress import Progress, Waiting
-from dapple.operators.turns import clear_up, partial_path
 from dapple.tests.blender.small_pool import InlinePool, build_pool, files_in, read_exr, solve_by_height, use_solver
 
 

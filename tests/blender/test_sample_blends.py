@@ -6,9 +6,9 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from dapple.kernels.halfedges import build_twins  # noqa: E402
-from dapple.operators.bake import request_from_scene  # noqa: E402
-from dapple.operators.extract import read_scene  # noqa: E402
-from dapple.operators.mesh_arrays import TopologyCache  # noqa: E402
+from dapple.operators.bake.bake import request_from_scene  # noqa: E402
+from dapple.operators.read.extract import read_scene  # noqa: E402
+from dapple.operators.read.mesh_arrays import TopologyCache  # noqa: E402
 
 GRID = 1024
 SUN = {

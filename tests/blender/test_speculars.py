@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from dapple.kernels.casters import Glass, Mirror
-from dapple.operators.speculars import read_specular
+from dapple.operators.read.speculars import read_specular
 
 COLOUR = (0.25, 0.5, 0.81, 1.0)
 RGB = np.array(COLOUR[:3])

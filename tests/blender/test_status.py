@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from dapple.kernels.status import Status
-from dapple.operators import overlay
-from dapple.operators.last_bake import last_bake
+from dapple.operators.bake.last_bake import last_bake
+from dapple.operators.maps import overlay
 from dapple.tests.blender.small_pool import build_pool, solve_by_height, use_solver
 
 

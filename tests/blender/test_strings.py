@@ -7,7 +7,7 @@ import bpy
 import pytest
 
 ROOT = Path(__file__).parents[2]
-FILES = [*sorted((ROOT / "addon").glob("*.py")), *sorted((ROOT / "operators").glob("ops_*.py"))]
+FILES = [*sorted((ROOT / "addon").glob("*.py")), *sorted((ROOT / "operators").rglob("ops_*.py"))]
 READ = {"name", "description", "text", "heading"}  # keywords of properties and of layouts
 LABELS = {"bl_label", "bl_description"}
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from dapple.operators import cli
-from dapple.operators.bake import bake, request_from_scene
+from dapple.operators.bake.bake import bake, request_from_scene
 from dapple.tests.blender.small_pool import add_grid, build_pool
 
 

@@ -4,7 +4,7 @@ import bpy
 import numpy as np
 import pytest
 
-from dapple.operators.bake import bake, request_from_scene
+from dapple.operators.bake.bake import bake, request_from_scene
 from dapple.operators.errors import DappleError
 from dapple.tests.blender.attach_scene import plane
 from dapple.tests.blender.small_pool import read_exr

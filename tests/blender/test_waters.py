@@ -12,11 +12,11 @@ import pytest
 from mathutils import Matrix
 
 from dapple.kernels.scene import Settings
-from dapple.operators.bake import BakeRequest, bake, request_from_scene
-from dapple.operators.caches import Player
-from dapple.operators.extract import read_scene
-from dapple.operators.find import find_object
-from dapple.operators.mesh_arrays import TopologyCache
+from dapple.operators.bake.bake import BakeRequest, bake, request_from_scene
+from dapple.operators.read.caches import Player
+from dapple.operators.read.extract import read_scene
+from dapple.operators.read.find import find_object
+from dapple.operators.read.mesh_arrays import TopologyCache
 from dapple.tests.blender import waters
 from dapple.tests.blender.small_pool import add_grid, read_exr
 from dapple.tests.waves import transmitted

@@ -13,12 +13,12 @@ from dapple.kernels import methods
 from dapple.kernels.anchor import Anchor
 from dapple.kernels.maps.texels import rasterise
 from dapple.kernels.scene import Settings
-from dapple.operators import pool, worker
+from dapple.operators.bake import pool, worker
+from dapple.operators.bake.memory import memory_per_worker
+from dapple.operators.bake.messages import Died, Failed, Job, Rough, Solved, Stage
+from dapple.operators.bake.pool import Pool
 from dapple.operators.errors import DappleError
-from dapple.operators.exr_encode import encode
-from dapple.operators.memory import memory_per_worker
-from dapple.operators.messages import Died, Failed, Job, Rough, Solved, Stage
-from dapple.operators.pool import Pool
+from dapple.operators.maps.exr_encode import encode
 
 SETTINGS = Settings(resolution=32, tolerance=0.05)
 HEAVY = Job(1, waves(quads=64), Settings(method="conic_walk", resolution=1024, tolerance=1e-4), Anchor())
@@ -82,7 +82,8 @@ import sys, runpy
 entry = runpy.run_path({str(Path(worker.__file__))!r})
 entry["load_solver"]({{"name": "bl_ext.some.dapple", "root": {str(root)!r}, "path": sys.path}})
 import bl_ext.some.dapple.kernels.methods
-print(sorted({{"bpy", "mathutils", "dapple"}} & set(sys.modules)), "bl_ext.some.dapple.operators.solver" in sys.modules)
+solver = "bl_ext.some.dapple.operators.bake.solver"
+print(sorted({{"bpy", "mathutils", "dapple"}} & set(sys.modules)), solver in sys.modules)
 """
     run = subprocess.run([sys.executable, "-I", "-c", code], capture_output=True, text=True, check=True)
     assert run.stdout.split("\n")[0] == "[] True"
@@ -141,7 +142,7 @@ import os, runpy, signal, sys
 runpy.run_path(sys.argv[1] + "/tests/conftest.py")
 sys.path.append(sys.argv[1] + "/tests")
 from dapple.tests.blender.test_workers import HEAVY
-from dapple.operators.pool import Pool
+from dapple.operators.bake.pool import Pool
 
 workers = Pool(1)
 workers.give(HEAVY)

@@ -11,8 +11,8 @@ import OpenEXR
 import pytest
 
 from dapple.operators.errors import DappleError
-from dapple.operators.exr_file import is_whole
-from dapple.operators.write import folder_name, map_path, write_exr, write_json
+from dapple.operators.maps.exr_file import is_whole
+from dapple.operators.maps.write import folder_name, map_path, write_exr, write_json
 
 ROOT = Path(__file__).parents[2]
 
@@ -98,8 +98,8 @@ package.__path__ = [sys.argv[1]]
 sys.modules["dapple"] = package
 import numpy as np
 from dapple.operators.errors import DappleError
-from dapple.operators.exr_file import is_whole
-from dapple.operators.write import write_exr, write_json
+from dapple.operators.maps.exr_file import is_whole
+from dapple.operators.maps.write import write_exr, write_json
 import bpy
 resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
 images = len(bpy.data.images)

@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 import pytest
 
-from dapple.operators.find import name_of
+from dapple.operators.read.find import name_of
 
 QUADS, SIZE, HEIGHT = 12, 2.0, 0.6
 FRAMES = 1, 6

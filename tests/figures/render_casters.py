@@ -22,9 +22,9 @@ SCENES = {
 
 def bake_and_attach(name, folder):
     """Open a scene, bake its frame into `folder` and let its materials show the maps."""
-    from dapple.operators.attach import attach
-    from dapple.operators.bake import bake, request_from_scene
-    from dapple.operators.casters import caster_names
+    from dapple.operators.bake.bake import bake, request_from_scene
+    from dapple.operators.read.casters import caster_names
+    from dapple.operators.show.attach import attach
 
     bpy.ops.wm.open_mainfile(filepath=str(ROOT / "sample_blends" / f"{name}.blend"))
     scene = bpy.context.scene

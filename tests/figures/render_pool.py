@@ -55,8 +55,8 @@ def render_views(engine, frames=FRAMES, views=VIEWS):
 
 def render_eevee(folder):
     """Bake the frames into `folder`, attach the maps and render."""
-    from dapple.operators.attach import attach
-    from dapple.operators.bake import bake, request_from_scene
+    from dapple.operators.bake.bake import bake, request_from_scene
+    from dapple.operators.show.attach import attach
 
     open_scene()
     request = request_from_scene(bpy.context.scene, frames=FRAMES, out=folder)

@@ -14,10 +14,10 @@ from dapple.kernels.methods import solve
 from dapple.kernels.scene import Settings
 from dapple.operators import cli
 from dapple.operators.errors import DappleError
-from dapple.operators.exr_file import is_whole
-from dapple.operators.extract import read_scene
-from dapple.operators.mesh_arrays import TopologyCache
-from dapple.operators.write import map_path, write_exr
+from dapple.operators.maps.exr_file import is_whole
+from dapple.operators.maps.write import map_path, write_exr
+from dapple.operators.read.extract import read_scene
+from dapple.operators.read.mesh_arrays import TopologyCache
 from dapple.tests.blender.small_pool import add_grid
 from dapple.tests.fuzz.kernel_cases import NUMBERS, rarely
 

@@ -12,7 +12,7 @@ import pytest
 from mathutils import Euler, Matrix, Vector
 from waves import OBLIQUE, calm, pool
 
-from dapple.operators.bake import bake, request_from_scene
+from dapple.operators.bake.bake import bake, request_from_scene
 from dapple.operators.errors import DappleError
 from dapple.tests.blender.conftest import empty_scene  # noqa: F401
 from dapple.tests.blender.small_pool import read_exr

@@ -10,7 +10,7 @@ bpy = pytest.importorskip("bpy")
 
 from dapple.kernels.chart.chart import Row  # noqa: E402
 from dapple.operators import cli  # noqa: E402
-from dapple.operators.bake import request_from_scene  # noqa: E402
+from dapple.operators.bake.bake import request_from_scene  # noqa: E402
 from dapple.operators.chart.make import chart  # noqa: E402
 from dapple.operators.chart.record import COLUMNS, table  # noqa: E402
 from dapple.tests.blender.small_pool import build_pool, files_in  # noqa: E402
