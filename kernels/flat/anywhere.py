@@ -65,13 +65,14 @@ class Anywhere:
             return np.zeros(0), {"length": np.zeros(0), "shaded": 0.0}, 0.0
         ways = paths(self._still, light, self._p[:, ids], self._scene.eta, through)
         facing = np.maximum(-dot(ways.arrives, self._n[:, ids]), 0.0)
-        bare = ways.strength * facing
+        # A lamp in the water's own plane sends no light through it, and has no way to tell of.
+        bare, length = (np.nan_to_num(v, nan=0.0, posinf=0.0) for v in (ways.strength * facing, ways.length))
         e = bare * self._still.covered(*ways.enters)
         at = np.flatnonzero(e > 0)
         hidden = at[self._hidden(ways, at)] if self._shades else at[:0]
         shaded = float(self._area[ids[hidden]] @ e[hidden])
         bare[hidden] = e[hidden] = 0
-        books = {"length": ways.length, "shaded": shaded}
+        books = {"length": length, "shaded": shaded}
         if not e.any():
             return e, books, 0.0
         return e, books, self._doubt(light, ids, ways, e, bare, through)
