@@ -1,7 +1,7 @@
 """The same square metre of the pool's floor by every rung of the ladder, with its error and its time.
 
 Run as `.venv/bin/python tests/figures/draw_ladder.py`; it writes docs/images/ladder.png and takes about two minutes, on
-one core. Errors are against the chart's reference over all receivers, over the squared mean of the light.
+one core. Errors are as Settings.tolerance counts them, over all receivers, against the chart's reference.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def measured():
         settings = Settings(resolution=RESOLUTION, tolerance=1e-2, **changed)
         kept = Kept(prepare(scene, texels, settings))
         seconds, solution, _ = timed(lambda settings=settings, kept=kept: solve(scene, texels, settings, kept))
-        error = truth.maps.error_by_mean(light_of(texels, solution.images))
+        error = truth.maps.error(light_of(texels, solution.images))
         print(f"{name}: {error:.2g}, {seconds:.3g} s", flush=True)
         yield name, note, solution.images[0], error, seconds
     count = len(texels[0].texel)
