@@ -12,6 +12,7 @@ from .plot import FAINT, GRID, INK, plain, power
 WIDTH, SCALE, _ROW = 920, 1.5, 34
 _LEFT, _RIGHT, _COST = 190, 690, 800
 _LEAST, _MOST = -7, 0  # powers of ten of the changes shown
+_TOLD = 0.05  # less of the time than this is no more than one run differs from another by
 _NEEDED, _SPARED = (0.84, 0.37, 0.00), (0.72, 0.72, 0.75)
 _NAMES = {
     "fresnel": "Fresnel's losses",
@@ -68,8 +69,8 @@ def _draw_need(canvas, letters, need, y, tolerance):
         canvas.box(_LEFT, y - 9, end - _LEFT, 18, _NEEDED if needed else _SPARED)
     text = plain(need.change) if need.change > 0 else "none"
     width = letters.width(text, 11)
-    canvas.box(end + 4, y - 6, width + 4, 13, (1, 1, 1), 0.8)
+    canvas.box(end + 3, y - 6, width + 8, 13, (1, 1, 1), 0.9)
     letters.draw(canvas, end + 6, y - 4, text, 11, INK)
     share = need.seconds / need.of if need.of > 0 else 0.0
-    cost = f"{share:.0%}" if abs(share) >= 0.02 else "hardly any"
+    cost = f"{share:.0%}" if abs(share) >= _TOLD else "hardly any"
     letters.draw(canvas, _COST, y - 4, cost, 12, INK, 0.5)
