@@ -10,7 +10,11 @@ from ..operators.read.find import can_be_water
 BLEND_RELATIVE = {"PATH_SUPPORTS_BLEND_RELATIVE"} if bpy.app.version >= (4, 5) else set()
 
 METHODS = (
-    ("auto", "Automatic", "Take the method that is right for most water; bake.json says which and why"),
+    (
+        "auto",
+        "Automatic",
+        "Plan each frame: the quickest method that is predicted to meet the tolerance. bake.json says which and why",
+    ),
     (
         "flat",
         "Still Water",
@@ -33,13 +37,13 @@ METHODS = (
         "photon_splat",
         "Light Sheet",
         "Follow the light from the water down and share every beam among the texels that it covers. "
-        "Finds all of the light and is quick: right for most water",
+        "Finds all of the light and is quick: right for most scenes",
     ),
     (
         "conic_walk",
         "Path Search",
-        "Start at the texels and find every way that light takes to each, exactly. Slower: "
-        "for close-ups, and to check the other method",
+        "Start at the texels and find every way that light takes through the water to each, exactly. Slower, and "
+        "without reflection and glass: for close-ups, and to check the other methods",
     ),
 )
 
@@ -212,7 +216,8 @@ class DappleSettings(bpy.types.PropertyGroup):
     )
     tolerance: FloatProperty(
         name="Tolerance",
-        description="Relative mean squared error that is good enough. 0.01 is clean to the eye, 0.1 is a preview",
+        description="Mean squared error over the mean square of the light that is good enough. 0.05 is a draft, 0.01 "
+        "clean to the eye, 0.001 for close-ups",
         default=0.01,
         min=1e-6,
         max=1.0,

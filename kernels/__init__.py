@@ -15,5 +15,8 @@ Symbols, used by every file of this folder (metres, world space, float64)
 ``t``             unit direction of the refracted ray; ``tau`` the distance along it
 ``E``             irradiance [W/m^2]; ``phi`` radiant flux [W]
 ``T``             Fresnel transmittance, of unpolarised light
+``sigma_a``       absorption coefficients [1/m], of red, green and blue
+``error``         mean squared error over the mean square of the light, as tolerances and estimates count it; docstrings
+                  say where it is over the squared mean instead
 ``texel``         one cell of a lightmap; image row 0 is at v = 0, as in Blender
 """

@@ -19,7 +19,7 @@ def add_words(commands, names, peers=()):
     words = commands.add_parser("chart", help="error against time of every method", description=about)
     words.add_argument("--frame", type=int, help="default: the scene's current frame")
     words.add_argument("--resolution", type=int, help="texels along each side of a map; default: the scene's")
-    words.add_argument("--out", help="folder of chart.png, chart.csv and chart.json; default: that of the maps")
+    words.add_argument("--out", help="folder of chart.png, needs.png, chart.csv and chart.json; default: the maps'")
     words.add_argument("--rungs", type=names, metavar="METHOD,...", help=f"of auto, {', '.join(METHODS)}; default: all")
     words.add_argument("--water", type=names, metavar="OBJECT,...", help="default: the scene's")
     words.add_argument("--receivers", type=names, metavar="OBJECT,...", help="default: the scene's")

@@ -26,7 +26,7 @@ RUNGS = {
     "sun map": Settings(method="sun_map"),
     "caustic map": Settings(method="caustic_map", grid=128),
 }  # methods that make do with less, and say by how much they may be off
-RUNG_TOLERANCE = 1e-2  # a draft's
+RUNG_TOLERANCE = 1e-2  # that of Preview
 _DOUBT = 4  # times what a rung says of its error: more is wrong
 COMPLETE = ("auto", "beams", "points", "all roots")  # methods that are to find all of the light
 EVERY = (*COMPLETE, "first root")
@@ -49,8 +49,8 @@ EXPLAINING = (
 
 @dataclass(frozen=True)
 class Verdict:
-    """outcome: right, reported or wrong; why: the error found, the statuses or the sentence; error: relative mean
-    squared error over all texels."""
+    """outcome: right, reported or wrong; why: the error found, the statuses or the sentence; error: mean squared
+    error of all texels, over the squared mean by `judge`, over the mean square by `judge_rung`."""
 
     outcome: str
     why: str
@@ -77,9 +77,10 @@ def run(scene, resolution, method, surface="mesh"):
 def judge(images, statuses, left_out, expected, tolerance, worst, sentences=()):
     """Verdict on the images (H,W,3) and statuses (H,W) of a Solution and the sentences of its `left_out`.
 
-    expected: `photons.Expected`; tolerance: relative mean squared error, beyond the expectation's own noise; worst:
-    how far a single texel may be off, as a part of what is expected there, or of the mean where that is more, beyond
-    four standard errors; sentences: regular expressions, one of which `left_out` must match where statuses do not tell.
+    expected: `photons.Expected`; tolerance: mean squared error over the squared mean, beyond the expectation's noise;
+    worst: how far a single texel may be off, as a part of what is expected there, or of the mean where that is more,
+    beyond four standard errors; sentences: regular expressions, one of which `left_out` must match where statuses do
+    not tell.
     """
     image = np.concatenate([i[..., 0].ravel() for i in images])
     status = np.concatenate([s.ravel() for s in statuses])

@@ -7,14 +7,16 @@ from dapple.tests.stability.judge import METHODS, RUNGS
 _HEAD = """# Stability
 
 Constructions that are known to be awkward, one test each in `tests/stability/`, and what every method makes of them.
-**Right**: every texel is within the tolerance (relative mean squared error of the map; how far one texel may be off, as
-a part of what is expected there). Points and all roots are as exact as they are asked to be, here 1e-3: four times that
-and half of a texel's light are theirs on top. The first root is judged by its mean over 8 x 8 points a texel.
+**Right**: every texel is within the tolerance (the mean squared error over the squared mean of the map, stricter than
+over its mean square; how far one texel may be off, as a part of what is expected there). Points and all roots are as
+exact as they are asked to be, here 1e-3: four times that and half of a texel's light are theirs on top. The first root
+is judged by its mean over 8 x 8 points a texel.
 *Reported*: not right, but every texel that is off carries a status that says why, or a sentence of the record
 (`left_out`) does. **Wrong**: off, and silent. No cell may be.
-Flat, sun map and caustic map make do with less, and are judged by how honest they are: *right* within 1e-2, a draft's
-tolerance; *reported* where their estimated error tells how far they are off, within a factor of 4, or is 1 or more: of
-no use. A planner that goes by their estimates takes none that fails. The caustic map is that of 128 points.
+Flat, sun map and caustic map make do with less, and are judged by how honest they are: *right* within 1e-2 of the mean
+square, the tolerance of *Preview*; *reported* where their estimated error tells how far they are off, within a factor
+of 4, or is 1 or more: of no use. A planner that goes by their estimates takes none that fails. The caustic map is that
+of 128 points.
 
 Unless a row says otherwise the water is the mesh as it is, without reconstruction. The last column says why the
 expected answer is right.
