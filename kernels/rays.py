@@ -67,6 +67,19 @@ def _scene(positions, triangles):
     return scene
 
 
+_last = ()  # what `solid` was asked for last: planner and method want the same
+
+
+def solid(meshes):
+    """(positions (V,3), triangles (T,3), Tracer) of meshes joined; of the same arrays as the last time the same."""
+    global _last
+    arrays = [array for mesh in meshes for array in (mesh.positions, mesh.triangles)]
+    if not _last or len(arrays) != len(_last[0]) or any(a is not b for a, b in zip(arrays, _last[0], strict=True)):
+        joined = soup(meshes)
+        _last = arrays, (*joined, Tracer(*joined))
+    return _last[1]
+
+
 def soup(meshes):
     """Join meshes with `positions` and `triangles` into one: (positions, triangles)."""
     meshes = tuple(meshes)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from ..optics import dot
-from ..rays import Tracer, soup
-from ..scene import Sun
+from ..rays import MISS, solid
+from ..scene import Point, Sun
 from ..solution import book
-from .doubt import doubt, some
+from .doubt import Border, doubt, some
 from .paths import paths
 from .still import FINER
 
@@ -16,24 +16,34 @@ _BENDS = 24  # a step of 1 has two second differences of 1, and its texel's cent
 
 
 class Anywhere:
-    """The Texels of a Scene's receivers under and over a Still plane; casters block. shades: look for what
-    stands in the way."""
+    """Points of a Scene's receivers under and over a Still plane; casters block.
 
-    def __init__(self, still, scene, texels, shades=True):
-        self._still, self._scene, self._texels, self._shades = still, scene, texels, shades
-        solids = soup((*scene.receivers, *scene.occluders, *scene.casters))
-        self._tracer = Tracer(*solids) if shades else None
-        self._above = bool((still.to_plane(solids[0])[2] > 0).any())
-        self._p = still.to_plane(np.concatenate([t.positions for t in texels]))
-        self._n = still.frame @ np.concatenate([t.normals for t in texels]).T
-        self._area = np.concatenate([t.area for t in texels])
+    positions, normals (K,3) and area (K,) of the points' texels, or, by `of`, all Texels; shades: look for what stands
+    in the way.
+    """
+
+    _texels = ()
+
+    def __init__(self, still, scene, positions, normals, area, shades=True):
+        self._still, self._scene, self._shades = still, scene, shades
+        if shades:
+            *self._solids, self._tracer = solid((*scene.receivers, *scene.occluders, *scene.casters))
+            self._above = bool((still.to_plane(self._solids[0])[2] > 0).any())
+        self._p, self._n, self._area = still.to_plane(positions), still.frame @ normals.T, area
+
+    @classmethod
+    def of(cls, still, scene, texels, shades=True):
+        """All Texels of a Scene's receivers."""
+        places = (np.concatenate([getattr(t, name) for t in texels]) for name in ("positions", "normals", "area"))
+        new = cls(still, scene, *places, shades)
+        new._texels = texels
+        return new
 
     def under(self, light, work):
         """As `OneFloor.under`, of any light."""
         irradiance, errors = np.zeros((len(self._area), 3)), 0.0
         power = np.asarray(light.irradiance if isinstance(light, Sun) else light.intensity, float)
-        cells, area = self._still.cells()
-        cells = np.concatenate([cells, np.zeros((1, cells.shape[1]))])
+        cells, area = self._still.cells() if isinstance(light, Point) else self._still.whole()
         turned = paths(self._still, light, cells, self._scene.eta, False)
         if turned is None:
             return irradiance, errors
@@ -67,36 +77,56 @@ class Anywhere:
         facing = np.maximum(-dot(ways.arrives, self._n[:, ids]), 0.0)
         # A lamp in the water's own plane sends no light through it, and has no way to tell of.
         bare, length = (np.nan_to_num(v, nan=0.0, posinf=0.0) for v in (ways.strength * facing, ways.length))
-        e = bare * self._still.covered(*ways.enters)
+        water = self._still.covered(*ways.enters)
+        e = bare * water
         at = np.flatnonzero(e > 0)
-        hidden = at[self._hidden(ways, at)] if self._shades else at[:0]
+        hidden, above = self._hidden(ways, at) if self._shades else (np.zeros(len(at), bool), 0.0)
+        hidden = at[hidden]
         shaded = float(self._area[ids[hidden]] @ e[hidden])
         bare[hidden] = e[hidden] = 0
+        bare[water == 0] = np.nan  # no ray was sent there
         books = {"length": length, "shaded": shaded}
         if not e.any():
             return e, books, 0.0
-        return e, books, self._doubt(light, ids, ways, e, bare, through)
+        return e, books, self._doubt(light, ids, ways, (e, bare), through, above)
 
     def _hidden(self, ways, at):
-        """Whether (n,) something stands in Paths `at` (n,), above the plane or behind it."""
+        """Whether (n,) something stands in Paths `at` (n,), above the plane or behind it; and how far [m] above it, in
+        the mean over them."""
         enters = np.concatenate([ways.enters[:, at], np.zeros((1, len(at)))])
         m, along, towards = self._still.to_world(enters), _some(ways.arrives, at), _some(ways.towards, at)
         frame = self._still.frame
         hidden = self._tracer.blocked(m, along.T @ frame, ways.length[at])
-        if self._above:
-            rest = np.flatnonzero(~hidden)
-            away = ways.away if np.isscalar(ways.away) else ways.away[at[rest]]
-            hidden[rest] = self._tracer.blocked(m[rest], towards[:, rest].T @ frame, away)
-        return hidden
+        if not self._above:
+            return hidden, 0.0
+        rest = np.flatnonzero(~hidden)
+        away = ways.away if np.isscalar(ways.away) else ways.away[at[rest]]
+        hidden[rest] = self._tracer.blocked(m[rest], towards[:, rest].T @ frame, away)
+        above = rest[hidden[rest]]
+        pick = above[some(len(above))]
+        far = self._far(m[pick], towards[:, pick].T @ frame).mean() if len(pick) else 0.0
+        return hidden, float(far * len(above) / max(np.count_nonzero(hidden), 1))
 
-    def _doubt(self, light, ids, ways, e, bare, through):
-        """The doubt, times the number of texels, of light e (n,), which is `bare` (n,) where water covers all."""
+    def _far(self, m, towards):
+        """How far (n,) [m] it is from points m (n,3) along `towards` (n,3) to what is first met."""
+        positions, triangles = self._solids
+        met = self._tracer.first(m, towards)
+        v0, v1, v2 = (positions[triangles[met, k]] for k in range(3))
+        across = np.cross(v1 - v0, v2 - v0)
+        fall = (across * towards).sum(1)
+        return np.where(met == MISS, 0.0, (across * (v0 - m)).sum(1) / np.where(fall == 0, np.inf, fall))
+
+    def _doubt(self, light, ids, ways, shares, through, above):
+        """The doubt, times the number of texels, of the shares (n,) e and `bare` of a light, of which the first is
+        shaded by the rim of the water too; above [m]: how far from the plane what shades is, in the mean."""
+        e, bare = shares
         lit = np.flatnonzero(e > 0)
         pick = lit[some(len(lit))]
         border, bends = self._steps(ids, e)
         points = (self._steps(ids, bare)[1] + bends / FINER**2) / _BENDS
         texel = np.sqrt(self._area.mean())
-        off = doubt(self._still, light, ways.take(pick), e[pick], self._scene.eta, through, texel, border / len(lit))
+        border = Border(border / len(lit), texel, above)
+        off = doubt(self._still, light, ways.take(pick), e[pick], self._scene.eta, through, border)
         return off * len(lit) / max(len(pick), 1) + points
 
     def _steps(self, ids, e):

@@ -48,7 +48,7 @@ def lights_of(scene, texels, work, shades=True):
     if not len(scene.water.triangles) or not any(len(t.texel) for t in texels):
         return []
     still = Still(scene.water, np.sqrt(min(t.area.mean() for t in texels if len(t.area))))
-    receivers = OneFloor.of(still, scene, texels) or Anywhere(still, scene, texels, shades)
+    receivers = OneFloor.of(still, scene, texels) or Anywhere.of(still, scene, texels, shades)
     return [receivers.under(light, work) for light in scene.lights]
 
 

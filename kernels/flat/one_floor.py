@@ -9,7 +9,7 @@ from ..maps.coverage import edge_coverage
 from ..scene import Sun
 from ..solution import book
 from ..splat.plane import one_plane
-from .doubt import doubt, some
+from .doubt import Border, doubt, some
 from .paths import paths
 
 _LEVEL = 1e-6  # slope between floor and water, at most, where light is absorbed by depth
@@ -55,9 +55,9 @@ class OneFloor:
         lost = {"reflected": met - through, "absorbed": watts * (1 - kept), "missed": through - watts}
         book(work, lost, met)
         light_there = (e * power * kept).mean()
-        border = light_there**2 * np.mean((share > 0) & (share < 1))
+        border = Border(light_there**2 * np.mean((share > 0) & (share < 1)), self._texel)
         each = np.full(self._points.shape[1], light_there)
-        off = doubt(still, light, ways, each, scene.eta, True, self._texel, border)
+        off = doubt(still, light, ways, each, scene.eta, True, border)
         irradiance = np.empty((count, 3))
         irradiance[:] = e * power * kept
         part = np.flatnonzero(share < 1)

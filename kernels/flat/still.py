@@ -94,8 +94,13 @@ class Still:
         tail, head = self.rim
         return float((tail[0] * head[1] - tail[1] * head[0]).sum() / 2)
 
+    def whole(self):
+        """A point (3,1) of the plane and the area (1,) [m^2] of all water, for light that is the same all over."""
+        return np.zeros((3, 1)), np.array([self.area()])
+
     def cells(self):
-        """Points (2,n) of the plane and areas (n,) [m^2] of water round them that make up all of it."""
+        """Points (3,n) of the plane and areas (n,) [m^2] of water round them that make up all of it."""
         share, low, cell = self._outline
         row, column = np.nonzero(share)
-        return np.stack([column + 0.5, row + 0.5]) * cell + low[:, None], share[row, column] * cell**2
+        x, y = np.stack([column + 0.5, row + 0.5]) * cell + low[:, None]
+        return np.stack([x, y, np.zeros_like(x)]), share[row, column] * cell**2

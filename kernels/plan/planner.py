@@ -43,11 +43,12 @@ def planned(scene, texels, settings, smoothing, anchor=None):
     texel_count = sum(len(t.texel) for t in texels)
     rays = bool(texels) and one_plane(scene, texels) is None
     counts = cost.Counts(len(scene.water.triangles), texel_count, max(len(scene.lights), 1) * lights, rays)
-    footprints, still = Footprints.of(scene, texels), np.inf
+    footprints, still, shaded = Footprints.of(scene, texels), np.inf, False
     if not _stirred(scene, footprints, settings.tolerance):
-        still = still_error(scene, texels)
-    flat = Choice(FLAT, "flat", ("occlusion",), still, cost.flat(counts))
-    if flat.fits(settings.tolerance):  # nothing is cheaper
+        still, shaded = still_error(scene, texels)
+    bare = () if shaded or scene.occluders else ("occlusion",)
+    flat = Choice(FLAT, "flat", bare, still, cost.flat(counts))
+    if flat.fits(settings.tolerance) and flat.seconds <= cost.beams(counts):  # nothing is cheaper
         return Plan(flat, (flat,), {"waves": still})
     measures = {"waves": still, "casters": len(scene.casters), **_seen(scene, footprints, settings, smoothing)}
     choices = [flat, *_beams(scene, settings, counts, measures)]

@@ -4,45 +4,45 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..flat.paths import paths
-from ..flat.ripples import Ripples
+from ..flat.crosses import Crosses
 from ..flat.still import Still
-from ..optics import dot
-from ..rays import Tracer, soup
 from ..scene import Sun
 from ..splat.slopes import sheets
 from ..surface.deviation import softened
 
-_TEXELS = 1 << 10  # that paths are looked up at, about
+_TEXELS = 1 << 10  # that paths are looked up at, each with its neighbours
 _GENTLE = 0.35  # slope of the steepest normal
 _SHEET = 1e-3  # of a cell of a grid: what of it may lie under other water
 _FAR = 1.0  # of the water's extent: how near a lamp may be
-_COVERED = 0.9  # of the cell round where light enters: the rim is farther off than a cell
 _DEEP = 2.0  # texels: how far below the lowest wave all receivers lie
 _ALONG = 0.1  # least cosine between light and what it falls on
-_BOX = np.sqrt(3)  # side of the square with the variance of a disc of radius 1
 
 
 def still_error(scene, texels):
-    """Mean squared error over the squared mean of the light if the water of a Scene lay still, on its Texels; inf where
-    that method does not hold: for water that is no gentle sheet or not shaded smooth, for things in the way, and for
-    what is not all deep under the water, turned towards the light, and lit."""
+    """Mean squared error over the mean square of the light if the water of a Scene lay still, on its Texels, and
+    whether anything is shaded there. The error is inf where that method does not hold: for water that is no gentle
+    sheet or not shaded smooth, and for what is not all deep under the water and turned towards the light."""
     seen = [t for t in texels if len(t.texel)]
     still = _sheet(scene) if seen else None
-    if still is None or scene.occluders:
-        return np.inf
-    step = sum(len(t.texel) for t in seen) // _TEXELS | 1
-    points, normals = (np.concatenate([v[::step] for v in of]) for of in zip(*((t.positions, t.normals) for t in seen)))
-    width = float(np.sqrt(np.concatenate([t.area for t in seen]).mean()))
-    lowest = -np.ptp(still.to_plane(scene.water.positions)[2]) - _DEEP * width
-    tracer = Tracer(*soup(scene.receivers))
     power = [float(np.mean(light.irradiance if isinstance(light, Sun) else light.intensity)) for light in scene.lights]
-    if (still.to_plane(np.concatenate([t.positions for t in seen]))[2] > lowest).any() or not sum(power):
-        return np.inf
-    p, n = still.to_plane(points), still.frame @ normals.T
-    errors = [_under(still, tracer, light, p, n, scene.eta, width) for light in scene.lights]
-    error = sum((share / sum(power)) ** 2 * error for share, error in zip(power, errors, strict=True))
-    return float(softened(scene.water) * error)
+    if still is None or not sum(power) or not _all_deep(still, scene, seen):
+        return np.inf, False
+    crosses = Crosses(still, scene, seen, _TEXELS)
+    if any(crosses.along(light) > -_ALONG for light in scene.lights):
+        return np.inf, False
+    error, light, shaded = 0.0, 0.0, False
+    for share, source in zip(np.array(power) / sum(power), scene.lights, strict=True):
+        e, off, dark = crosses.at(source)
+        error, light, shaded = error + share**2 * softened(scene.water) * off, light + share * e, shaded or dark
+    return (float(error / (light**2).mean()) if light.any() else np.inf), shaded
+
+
+def _all_deep(still, scene, texels):
+    """Whether all Texels lie below the lowest wave."""
+    width = float(np.sqrt(np.concatenate([t.area for t in texels]).mean()))
+    lowest = -np.ptp(still.to_plane(scene.water.positions)[2]) - _DEEP * width
+    down = still.frame[2]
+    return all((t.positions @ down).max() - still.origin @ down <= lowest for t in texels)
 
 
 def _sheet(scene):
@@ -69,22 +69,3 @@ def _sheet(scene):
         if away < _FAR * extent or facing <= 0:
             return None
     return still
-
-
-def _under(still, tracer, light, p, n, eta, texel):
-    """The error under one light at points p (3,n) in the plane with normals n (3,n) there; inf where any of them is not
-    lit, or light falls along it."""
-    ways = paths(still, light, p, eta, True)
-    if ways is None:
-        return np.inf
-    along = np.broadcast_to(ways.arrives, p.shape)
-    if (dot(along, n) > -_ALONG).any() or (still.covered(*ways.enters) < _COVERED).any():
-        return np.inf
-    enters = still.to_world(np.concatenate([ways.enters, np.zeros((1, p.shape[1]))]))
-    if tracer.blocked(enters, along.T @ still.frame, ways.length).any():
-        return np.inf
-    radius = light.angle / 2 if isinstance(light, Sun) else light.radius / max(float(np.mean(ways.away)), light.radius)
-    penumbra = 2 * radius * float(ways.length.mean()) / eta
-    squared, _ = Ripples(still, ways, eta, True, np.hypot(texel, _BOX / 2 * penumbra)).squared(ways)
-    weight = ways.strength**2
-    return float((squared * weight).mean() / ways.strength.mean() ** 2)

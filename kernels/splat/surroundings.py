@@ -6,7 +6,7 @@ from functools import cached_property
 
 from ..facets import Facets
 from ..lit_water import light_water
-from ..rays import Tracer, soup
+from ..rays import solid
 from .edges import Edges
 from .meetings import Meetings
 from .plane import one_plane
@@ -19,8 +19,7 @@ class Surroundings:
 
     def __init__(self, scene, texels, settings):
         self.scene, self.texels, self.settings = scene, texels, settings
-        self.solids = soup((*scene.receivers, *scene.occluders, *scene.casters))
-        self.tracer = Tracer(*self.solids)
+        *self.solids, self.tracer = solid((*scene.receivers, *scene.occluders, *scene.casters))
         self._meetings = {}
 
     @cached_property

@@ -14,7 +14,7 @@ import time
 import numpy as np
 
 from ..disc.disc import Disc
-from ..rays import Tracer, soup
+from ..rays import solid
 from ..scene import Diagnostics, Sun
 from ..solution import answer, check_texels
 from ..status import Status
@@ -46,8 +46,7 @@ def solve(scene, texels, settings):
     others = [light for light in scene.lights if settings.first_root and not isinstance(light, Sun)]
     work.left_out += [f"lamp '{light.name}': the walk knows suns only" for light in others]
     clock = _Clock(work.seconds)
-    solids = soup((*scene.receivers, *scene.occluders, *scene.casters))
-    objects = Tracer(*solids)
+    *solids, objects = solid((*scene.receivers, *scene.occluders, *scene.casters))
     lights = [LightPaths(scene, light, objects, solids, settings.without) for light in known]
     work.flux_in = sum((paths.lit.light() * paths.lit.source.power for paths in lights), np.zeros(3))
     clock.lap("prepare")

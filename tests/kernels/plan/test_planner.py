@@ -11,7 +11,7 @@ from dapple.kernels.anchor import Anchor, Kept
 from dapple.kernels.maps.texels import rasterise
 from dapple.kernels.methods import prepare, solve
 from dapple.kernels.plan.planner import FLAT, MESH, SMOOTH, planned
-from dapple.kernels.scene import Point, Settings
+from dapple.kernels.scene import Occluder, Point, Settings
 from dapple.kernels.surface.smoothing import Smoothing
 
 SIDE = 48
@@ -104,6 +104,39 @@ def test_still_water_is_for_one_gentle_sheet_under_far_lights(spoil):
     scene = meshed(lambda x, y: 0 * x)
     assert plan_of(scene).choice.kind == FLAT
     assert plan_of(spoil(scene)).choice.method == "photon_splat"
+
+
+def walled(scale, above=0.05, angle=0.0):
+    """The bed of a basin under waves that go on into its walls, which rise `above` [m] over the water."""
+
+    def wall(k):
+        corners = np.array([[1.5, -1.5, -0.1], [1.5, 1.5, -0.1], [1.5, 1.5, 1.5 + above], [1.5, -1.5, 1.5 + above]])
+        turn = np.array([[np.cos(k), -np.sin(k), 0], [np.sin(k), np.cos(k), 0], [0, 0, 1]])
+        return Occluder("Wall", corners @ turn.T, np.array([[0, 1, 2], [0, 2, 3]]))
+
+    scene = meshed(lambda x, y: sines(x, y, scale)[0], side=3.2)
+    light = replace(sun((0.45, 0.25, -1.0)), angle=angle)
+    walls = tuple(wall(0.3 + k) for k in np.pi / 2 * np.arange(4))  # askew: an edge along rows has one chance only
+    bed = quad("Bed", [[-1.5, -1.5, 0], [1.5, -1.5, 0], [1.5, 1.5, 0], [-1.5, 1.5, 0]])
+    return replace(scene, receivers=(bed,), occluders=walls, lights=(light,))
+
+
+@pytest.mark.parametrize(("scale", "above", "side"), [(0.0, 0.05, 96), (0.1, 0.05, 64), (0.1, 0.8, 128)])
+def test_still_water_within_walls_is_taken_and_its_shade_is_kept(scale, above, side):
+    """Walls shade a fifth of the bed; what that errs, with the waves, is predicted within a factor of 2.5."""
+    scene = walled(scale, above, np.radians(0.53))
+    plan = plan_of(scene, 1e-1, side=side)
+    assert plan.choice.kind == FLAT and "occlusion" not in plan.choice.without
+    own = texels_of(scene, side)
+    true = solve(scene, own, Settings("photon_splat", 1e-5, surface="mesh")).images[0]
+    error = off(solve(scene, own, plan.settings(Settings())).images[0], true)
+    assert 0.1 < np.mean(true == 0) < 0.6
+    assert error / 2 < plan.choice.error < 2.5 * error
+
+
+def test_wide_penumbrae_of_high_walls_are_no_job_for_still_water():
+    low, high = (plan_of(walled(0.0, above, np.radians(8.0)), 1e-2, side=128) for above in (0.05, 2.5))
+    assert high.choice.kind != FLAT and low.measures["waves"] < high.measures["waves"] / 2
 
 
 def test_a_mesh_asked_for_is_no_term_dropped():
