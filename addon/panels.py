@@ -124,8 +124,9 @@ class DAPPLE_PT_output(Sidebar, bpy.types.Panel):
         layout.prop(settings, "use_scene_range")
         frames = layout.column(align=True)
         frames.enabled = not settings.use_scene_range
-        frames.prop(settings, "frame_start")
-        frames.prop(settings, "frame_end")
+        owner = context.scene if settings.use_scene_range else settings  # greyed, they show what will be baked
+        frames.prop(owner, "frame_start", text="Start")
+        frames.prop(owner, "frame_end", text="End")
         layout.prop(settings, "output")
         layout.prop(settings, "depth")
         layout.prop(settings, "tile")
@@ -179,12 +180,12 @@ def _draw_map(layout, settings, active):
 
 
 def _draw_progress(layout, context):
-    """How far the running bake is, what its workers are at, and a button that stops it."""
+    """How far the running bake is, a button that stops it, and what its workers are at."""
     bake = context.window_manager.dapple
     status = f"{bake.part:.0%}"
     layout.progress(factor=bake.part, text=status, translate=False)
+    layout.operator("dapple.stop", icon="CANCEL")  # above the text, whose lines come and go
     wrapped(layout, context, bake.text)
-    layout.operator("dapple.stop", icon="CANCEL")
 
 
 def _draw_density(column, settings, active):

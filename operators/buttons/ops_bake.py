@@ -153,7 +153,8 @@ class _Bake:
             self._take(step)
             self._show()
             context.window_manager.progress_update(step.done / step.total)
-            text = step.message.removesuffix(".")
+            # Not its message: a sentence that comes and goes would move what is below it; Last Bake has it all.
+            text = f"{step.done} of {step.total} frames; frame {step.frame} is done"
         part = (self._last.done / self._last.total) if self._last else 0.0
         if context.window_manager.dapple.tell(part, text):
             context.workspace.status_text_set(f"Dapple: {text}. {_STOP_HELP}")

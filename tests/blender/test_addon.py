@@ -10,8 +10,8 @@ bpy = pytest.importorskip("bpy")
 
 import dapple  # noqa: E402
 from dapple.addon.properties import _is_box  # noqa: E402
-from dapple.operators import ops_attach, ops_bake  # noqa: E402
 from dapple.operators.bake.progress import Preview, Waiting, clock  # noqa: E402
+from dapple.operators.buttons import ops_attach, ops_bake  # noqa: E402
 from dapple.operators.errors import DappleError  # noqa: E402
 
 CLASSES = (
@@ -167,6 +167,15 @@ def test_frame_range_is_greyed_while_the_scene_has_the_say(empty_scene):
     assert ("frame_start", False) in drawn()
     empty_scene.dapple.use_scene_range = False
     assert ("frame_start", True) in drawn()
+
+
+def test_the_frame_range_that_shows_is_the_one_that_is_baked(empty_scene, monkeypatch):
+    owners = {}
+    monkeypatch.setattr(Layout, "prop", lambda self, data, name, **_: owners.update({name: data}))
+    for owner, scenes in ((empty_scene, True), (empty_scene.dapple, False)):
+        empty_scene.dapple.use_scene_range = scenes
+        drawn()
+        assert owners["frame_start"] == owners["frame_end"] == owner
 
 
 def pool(scene):
@@ -371,6 +380,7 @@ def test_the_window_takes_what_is_done_at_each_tick_and_shows_it(monkeypatch):
     for frame in (2, 3, 4):
         assert button.modal(context, event("TIMER")) == {"PASS_THROUGH"}
         assert log[-2:] == [frame, (("Floor",), "maps")]
+        assert context.window_manager.dapple.text == f"{frame - 1} of 3 frames; frame {frame} is done"
     assert button.modal(context, event("TIMER")) == {"FINISHED"}
     assert log[-2:] == ["closed", (("Floor",), "maps")]
     assert context.window_manager.shown == pytest.approx([1 / 3, 2 / 3, 1])
