@@ -17,7 +17,7 @@ from ..maps.write import folder_name
 from ..read.find import find_object, shown_by
 from ..read.mesh_arrays import LAYER
 from ..read.receivers import map_name
-from . import attach_nodes, attach_shadow, attach_slots
+from . import attach_nodes, attach_shadow, attach_slots, attach_view
 
 IMAGE = "dapple_map"
 _UNSEEN = (
@@ -43,7 +43,8 @@ def attach(context: bpy.types.Context, receiver_names, out_dir, caster_names=())
     _remove_unused_images()
     for caster in casters:
         attach_shadow.make_opaque(caster)
-    return notes + attach_shadow.doubts(context.scene, casters)
+    notes += attach_shadow.doubts(context.scene, casters)
+    return notes + attach_view.unseen(context.scene, casters)
 
 
 def refresh(receiver_names, out_dir) -> None:
