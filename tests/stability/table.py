@@ -16,7 +16,7 @@ is judged by its mean over 8 x 8 points a texel.
 Flat, sun map and caustic map make do with less, and are judged by how honest they are: *right* within 1e-2 of the mean
 square, the tolerance of *Preview*; *reported* where their estimated error tells how far they are off, within a factor
 of 4, or is 1 or more: of no use. A planner that goes by their estimates takes none that fails. The caustic map is that
-of 128 points.
+of 128 points. Beams and points are `photon_splat`, the latter its check; the roots are `conic_walk`.
 
 Unless a row says otherwise the water is the mesh as it is, without reconstruction. The last column says why the
 expected answer is right.
