@@ -2,10 +2,10 @@
 
 Rays through a triangle's corners and the middles of its edges land on the receivers. Where all six land on one of them
 and the image is as nearly affine as the tolerance asks, the beam's flux is spread evenly over the image in UV space and
-deposited by exact area coverage (`maps/coverage.py`): folds, flips and overlaps need no special case, there is no noise, and
-the flux is kept. Elsewhere - on the border of a chart, of an object or of a shadow, or where the predicted error is
-large - the triangle is split in four. A part of a texel's size that straddles a border is cut there (`border.py`); the
-few that straddle more than one land point by point.
+deposited by exact area coverage (`maps/coverage.py`): folds, flips and overlaps need no special case, there is no
+noise, and the flux is kept. Elsewhere - on the border of a chart, of an object or of a shadow, or where the predicted
+error is large - the triangle is split in four. A part of a texel's size that straddles a border is cut there
+(`border.py`); the few that straddle more than one land point by point.
 """
 
 from __future__ import annotations
