@@ -24,6 +24,7 @@ from .maps import Maps, light_of
 # Relative mean squared errors that the parts of the surface and the beams leave in each replica, at most. Those of the
 # beams of many suns differ, and their mean has a part of them.
 _SURFACE, _BEAMS = (5e-4, 2e-4), (1e-2, 5e-3)
+_CASTER_BEAMS = 1e-3, 3e-4  # over casters, what beams miss of a focus is alike for all suns
 _FINE_SURFACE, _FINE_BEAMS = (3e-5, 1e-5), (1e-5, 3e-6)  # where no light is wide, one run is enough
 _BUDGET = 30.0  # CPU s for both replicas, as far as that gives the least number of suns
 _SUNS = 4, 48  # of each replica
@@ -63,8 +64,8 @@ def reference(scene, texels, settings):
             light, doubt = replica.light(lights)
             parts = parts + light / max(count, 1)
         total.append(parts)
-    # What both have in common does not show: their surfaces, and beams, whose errors many suns even out.
-    least = replicas[1].surface_error + (0.0 if count else doubt)
+    # What both have in common does not show: their surfaces, and beams, whose errors many suns even out over water.
+    least = replicas[1].surface_error + (0.0 if count and not scene.casters else doubt)
     return _of(texels, *total, least, count, time.process_time() - start)
 
 
@@ -81,7 +82,8 @@ class _Replica:
 
     def __init__(self, scene, texels, settings, kept, number):
         self._texels = texels
-        tolerance = (_BEAMS if any(map(_wide, scene.lights)) else _FINE_BEAMS)[number]
+        wide = _CASTER_BEAMS if scene.casters else _BEAMS
+        tolerance = (wide if any(map(_wide, scene.lights)) else _FINE_BEAMS)[number]
         self._scene, self.surface_error = smooth(scene, texels, settings, kept, number)
         self._settings = replace(settings, tolerance=tolerance, seed=settings.seed + number, surface="mesh")
 

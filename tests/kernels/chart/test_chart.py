@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import waves
-from casters import no_water
+from casters import ball, no_water
 
 from dapple.kernels.chart.chart import Row, build, join, marked
 from dapple.kernels.chart.ladder import rungs
 from dapple.kernels.chart.reference import reference
 from dapple.kernels.maps.texels import rasterise
 from dapple.kernels.methods import METHODS, solve
-from dapple.kernels.scene import Settings
+from dapple.kernels.scene import Scene, Settings
 
 RESOLUTION = 16
 
@@ -56,6 +56,18 @@ def test_a_wide_sun_is_many_suns_that_know_their_error(pool):
     light = blurred.images[0].reshape(-1, 3)[texels[0].texel]
     assert 0 < truth.error < 1e-3
     assert truth.maps.error_by_mean(light) < 0.1 * truth.maps.error_by_mean(sharp.maps.light)
+
+
+def test_the_reference_over_glass_knows_what_its_halves_have_in_common():
+    """A focus that all beams blur alike is no difference between the halves."""
+    light = replace(waves.sun((0, 0, -1)), angle=np.radians(0.5))
+    glass = (ball(0.4, fine=12),)
+    scene = Scene(no_water(), (waves.floor(),), (), (light,), casters=glass)
+    texels = (rasterise(scene.receivers[0], 48),)
+    truth, _ = run(reference(scene, texels, Settings()))
+    fine = solve(replace(scene, lights=(replace(light, angle=0.0),)), texels, Settings("photon_splat", 3e-4))
+    assert truth.suns >= 4
+    assert truth.error >= fine.diagnostics.estimated_error > 0
 
 
 def test_every_method_is_a_rung_and_auto_comes_last(pool):
