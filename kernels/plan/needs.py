@@ -53,12 +53,17 @@ def _timed(scene, texels, settings, kept):
 
 def _has(scene, settings, term):
     """Whether there is anything to leave out."""
+    water = len(scene.water.triangles) > 0
     glass = any(np.any(getattr(c.material, "sigma_a", 0.0)) for c in scene.casters)
     present = {
+        "fresnel": water,
+        "second_crossing": water,
+        "reflection": water,
         "absorption": bool(np.any(scene.sigma_a)) or glass,
         "dispersion": bool(settings.dispersion),
         "disc": any(getattr(light, "angle", 0.0) > 0 for light in scene.lights),
-        "reconstruction": settings.surface == "auto",
+        "reconstruction": water and settings.surface == "auto",
+        "occlusion": water or bool(scene.occluders),
     }
     return present.get(term, True)
 

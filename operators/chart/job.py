@@ -8,6 +8,8 @@ from ...kernels.scene import Scene, Settings
 from ..bake.messages import Stage
 from ..bake.shared import TexelCache
 
+_LONG = 2.0  # CPU s: solves that take longer are timed once, not three times
+
 
 @dataclass(frozen=True)
 class ChartJob:
@@ -31,6 +33,7 @@ def answers(job):
     """Yield a Stage for each step of a ChartJob, and last its Charted; with what the scene needs, if all rungs are
     asked for."""
     from ...kernels.chart.chart import build
+    from ...kernels.chart.ladder import AUTO
     from ...kernels.plan.needs import needs
     from .flip import flip
 
@@ -44,7 +47,8 @@ def answers(job):
         except StopIteration as end:
             chart = end.value
     plain = replace(job.settings, match_cycles=False, reuse=0.0)
-    for need in needs(job.scene, charts, plain, repeats=1) if job.methods is None else ():
+    long = any(row.rung == AUTO and row.seconds > _LONG for row in chart.rows)
+    for need in needs(job.scene, charts, plain, repeats=1 if long else 3) if job.methods is None else ():
         chart.needs.append(need)
         yield Stage(f"without {need.term.replace('_', ' ')}: error {need.change:.2g}, {-need.seconds:+.3g} s")
     yield Charted(chart, charts)

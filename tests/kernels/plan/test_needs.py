@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from casters import ball, no_water
 from waves import flat, floor, pool, quad, sun, transmitted, turned, water
 
 from dapple.kernels.maps.texels import rasterise
@@ -29,6 +30,16 @@ def test_still_clear_water_needs_fresnel_alone():
 def test_absorption_is_what_it_takes_away():
     scene = Scene(water(flat, quads=8), (floor(),), (), (sun((0, 0, -1)),), sigma_a=np.full(3, 0.2))
     assert of(scene)["absorption"].change == pytest.approx((np.exp(0.2 * 1.5) - 1) ** 2, rel=1e-6)
+
+
+def test_where_there_is_no_water_nothing_of_it_is_asked_for():
+    glass = (ball(0.3, (0.0, 0.0, 1.0), fine=8),)
+    scene = Scene(no_water(), (floor(),), (), (replace(sun(), angle=0.01),), casters=glass)
+    assert set(of(scene)) == {"disc"}
+    assert set(of(replace(scene, occluders=(quad("Lid", [[5.0, 5.0, 2.0], [6, 5, 2], [6, 6, 2], [5, 6, 2]]),)))) == {
+        "disc",
+        "occlusion",
+    }
 
 
 def test_a_wall_that_has_all_its_light_by_reflection_needs_it():
