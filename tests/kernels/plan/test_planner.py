@@ -162,6 +162,12 @@ def test_reasons_are_sentences_with_numbers():
         assert work.plan["choice"] in (FLAT, MESH, SMOOTH) and work.plan["choices"]
 
 
+def test_a_reason_tells_no_time_that_is_not_known():
+    scene = with_a_caster(waves(1.0))
+    work = solve(scene, texels_of(scene, 32), Settings(), Kept(Anchor(KNOWN))).diagnostics
+    assert "expected error" in work.reason and "s a frame" not in work.reason
+
+
 def test_the_anchor_is_kept_while_it_will_do():
     """Where rays take most of the time, the smooth water costs less than twice its mesh."""
 
