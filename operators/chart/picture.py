@@ -25,6 +25,7 @@ _COLOURS = {
 _PEER = (0.42, 0.42, 0.42)
 _X_AXIS = "CPU seconds for the frame, on one core (left is quicker)"
 _Y_AXIS = "error, as Tolerance counts it (down is better)"
+_TOUCH = 14.0  # stars that are nearer than this have one label
 _WORST = 30.0  # errors above are drawn here
 
 
@@ -108,8 +109,20 @@ def _draw_curves(plot, rows, floor):
         places = _places(plot, own, floor)
         if name != AUTO:
             plot.label(places[[-1, 0]], name, 11.5, _colour(own[0]))
-    for row in named.get(AUTO, ()):
-        plot.label(_places(plot, [row], floor), f"auto, {row.label}", 11.5, INK)
+    for rows in _together(plot, named.get(AUTO, ()), floor):
+        plot.label(_places(plot, rows, floor), f"auto, {' + '.join(row.label for row in rows)}", 11.5, INK)
+
+
+def _together(plot, rows, floor):
+    """Lists of rows whose marks touch, which one label is for."""
+    groups = []
+    for row, place in zip(rows, _places(plot, rows, floor)):
+        near = [g for g in groups if np.linalg.norm(_places(plot, g, floor) - place, axis=1).min() < _TOUCH]
+        if near:
+            near[0].append(row)
+        else:
+            groups.append([row])
+    return groups
 
 
 def _mark(canvas, row, x, y, colour):

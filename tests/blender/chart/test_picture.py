@@ -1,6 +1,7 @@
 """Text that leaves nothing behind, axes, labels that keep apart, and pictures of odd charts."""
 
 import io
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -81,3 +82,12 @@ def test_odd_charts_are_drawn(empty_scene, rows):
     picture = np.array(Image.open(io.BytesIO(draw(chart, "A title", ["a line"]))))
     assert picture.shape == (round(HEIGHT * SCALE), round(WIDTH * SCALE), 3)
     assert (picture < 128).any()
+
+
+def test_stars_that_touch_have_one_label(empty_scene, monkeypatch):
+    said = []
+    monkeypatch.setattr(Plot, "label", lambda plot, points, text, size, colour: said.append(text))
+    near = [row("auto", 0.1, 0.01), row("auto", 0.101, 0.0101), row("auto", 5.0, 1e-4)]
+    rows = [replace(one, label=name) for one, name in zip(near, ("Draft", "Preview", "Final"), strict=True)]
+    draw(SimpleNamespace(rows=marked(rows, 1e-6), reference=SimpleNamespace(error=1e-6)), "", [])
+    assert [text for text in said if "auto" in text] == ["auto, Draft + Preview", "auto, Final"]
