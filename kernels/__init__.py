@@ -1,6 +1,8 @@
 """The light: pure numpy and embreex, no Blender.
 
 Nothing in here imports ``bpy``, ``mathutils``, ``addon`` or ``operators``; only ``rays.py`` imports ``embreex``.
+`methods` is the way in. The methods are `flat`, `sun_map`, `caustic_map`, `splat` (with `trace` over casters) and
+`walk`; `plan` chooses, `surface` smooths water, `disc` blurs, `tile` repeats, `maps` holds texels, `chart` measures.
 A path that fails is a status code, never an exception; a caller's mistake is a ``ValueError`` that names the argument
 and its shape.
 
