@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from ..optics import dot
@@ -9,6 +11,7 @@ from .carried import Rows
 from .lander import MISSED, Nodes, texel_maps
 from .photons import bend
 
+_FEW = 64  # triangles
 _FLAT = 1e-5  # of the map's side: how far a receiver's corners may be from one plane and one affine map
 
 
@@ -18,16 +21,26 @@ def one_plane(scene, texels):
     if len(scene.receivers) != 1 or scene.occluders or scene.casters:
         return None
     receiver, own = scene.receivers[0], texels[0]
-    maps = texel_maps(receiver, own.resolution)
+    few = slice(None, None, len(receiver.triangles) // _FEW + 1)
+    some = replace(receiver, triangles=receiver.triangles[few], uvs=receiver.uvs[few])
+    for part in (some, receiver):  # uneven ground shows in a few triangles
+        widest = _common_map(part, own.resolution)
+        if widest is None:
+            return None
+    before = scene.water.positions @ widest[0, :3] + widest[0, 3] > 0
+    return widest if before.all() and own.whole[own.texel].all() else None
+
+
+def _common_map(receiver, resolution):
+    """The affine map of all of a Receiver's triangles, None where they have none in common."""
+    maps = texel_maps(receiver, resolution)
     widest = maps[np.argmax(np.abs(maps[:, 0, :3]).sum(1))]
     v = receiver.positions[receiver.triangles].reshape(-1, 3)
     image = v @ widest[:, :3].T + widest[:, 3]
     per_metre = np.linalg.norm(widest[1, :3])
-    off = np.abs(image[:, 1:] - receiver.uvs.reshape(-1, 2) * own.resolution).max(initial=0)
-    if max(off, np.abs(image[:, 0]).max(initial=0) * per_metre) > _FLAT * own.resolution:
-        return None
-    before = scene.water.positions @ widest[0, :3] + widest[0, 3] > 0
-    return widest if before.all() and own.whole[own.texel].all() else None
+    off = np.abs(image[:, 1:] - receiver.uvs.reshape(-1, 2) * resolution).max(initial=0)
+    far = max(off, np.abs(image[:, 0]).max(initial=0) * per_metre) > _FLAT * resolution
+    return None if far else widest
 
 
 class PlaneLander:

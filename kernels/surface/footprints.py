@@ -62,17 +62,19 @@ class Footprints:
         """The Footprints of a Scene on Texels; None without texels or lights."""
         level = float(scene.water.positions[:, 2].mean()) if len(scene.water.positions) else 0.0
         depth = np.concatenate([np.zeros(0), *(level - t.positions[:, 2] for t in texels)])
-        width = np.concatenate([np.zeros(0), *(np.sqrt(t.area) for t in texels)])
-        through = bool((depth > 0).any())
-        at = np.flatnonzero((depth > 0) & (width > 0) if through else width > 0)
+        area = np.concatenate([np.zeros(0), *(t.area for t in texels)])
+        below = np.flatnonzero(depth > 0)
+        through = len(below) > 0
+        at = below if through else np.arange(len(depth))
         at = at[:: len(at) // _TEXELS | 1]
+        at = at[area[at] > 0]
         power = [
             float(np.mean(light.irradiance if isinstance(light, Sun) else light.intensity)) for light in scene.lights
         ]
         lights = [(light, p / sum(power)) for light, p in zip(scene.lights, power, strict=True) if p > 0]
         if not len(at) or not lights:
             return None
-        return cls(np.abs(depth[at]), width[at], lights, level, scene.eta, through)
+        return cls(np.abs(depth[at]), np.sqrt(area[at]), lights, level, scene.eta, through)
 
     def tessellated(self, triangles, parts):
         """Errors (k,) that Triangles leave whose slopes are known at the corners of their k x k parts, for each of
