@@ -61,6 +61,8 @@ def _draw_floor(plot, floor):
     plot.canvas.box(left + 1, bottom + 1, right - left - 1, top - bottom - 1, (0.93, 0.93, 0.94))
     text = f"below {plain(floor)}, the reference's own error, nothing can be told"
     plot.letters.draw(plot.canvas, right - 6, bottom + 5, text, 10, FAINT, 1.0)
+    across = np.arange(right - 6 - plot.letters.width(text, 10), right, 12)
+    plot.take(np.stack([across, np.full_like(across, bottom + 9)], -1), 6.0)
 
 
 def _draw_presets(plot):
