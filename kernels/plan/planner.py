@@ -23,7 +23,8 @@ import numpy as np
 
 from ..splat.plane import one_plane
 from ..surface.footprints import Footprints
-from ..surface.reconstruct import is_smooth
+from ..surface.reconstruct import is_smooth, margin
+from ..surface.share import SHARE
 from ..surface.window import glance, look
 from . import cost
 from .choice import FLAT, MESH, SMOOTH, Choice, Plan
@@ -90,7 +91,7 @@ def _beams(scene, settings, counts, measures):
     disc = "disc" not in small and any(getattr(light, "angle", 0.0) > 0 for light in scene.lights)
     if settings.surface != "auto" or not is_smooth(scene.water):
         return [Choice(SMOOTH, "photon_splat", tuple(small), error, cost.beams(counts, None, disc))]
-    enough = [k for k in _PARTS if measures.get(f"in {k}", np.inf) <= settings.tolerance / 2]
+    enough = [k for k in _PARTS if margin(k) * measures.get(f"in {k}", np.inf) <= SHARE * settings.tolerance]
     smooth = cost.beams(counts, enough[0] if enough else _PARTS[-1] if "in 1" in measures else 2, disc)
     mesh = cost.beams(counts, None, disc)
     return [

@@ -12,7 +12,7 @@ from ..scene import Scene, Settings
 from ..status import Status
 from .reconstruct import Need
 
-_SHARE = 0.7  # of the tolerance, at most: its parts cost most, and half the error takes 1.4 times as many
+SHARE = 0.7  # of the tolerance, at most: its parts cost most, and half the error takes 1.4 times as many
 _AS_ASKED = "the mesh as it is, as was asked for"
 
 
@@ -37,15 +37,15 @@ class Surface:
         if not len(scene.water.triangles):
             return cls(scene, settings, "there is no water")
         out = plan.choice.error if plan is not None else 0.0
-        tolerance, sentence, error = max(settings.tolerance - out, (1 - _SHARE) * settings.tolerance), _AS_ASKED, 0.0
+        tolerance, sentence, error = max(settings.tolerance - out, (1 - SHARE) * settings.tolerance), _AS_ASKED, 0.0
         power = plan.measures["power"] if plan is not None else 1.0
         if plan is not None and "reconstruction" in plan.choice.without:
             sentence = "the mesh as it is, which is fine enough for such waves"
         if settings.surface == "auto":
-            water, sentence = reconstruction.apply(scene.water, Need.of(scene, texels, _SHARE * tolerance))
+            water, sentence = reconstruction.apply(scene.water, Need.of(scene, texels, SHARE * tolerance))
             scene, error, power = replace(scene, water=water), reconstruction.error, max(power, reconstruction.power)
         tolerance *= power
-        left = max(tolerance - error, (1 - _SHARE) * tolerance)
+        left = max(tolerance - error, (1 - SHARE) * tolerance)
         return cls(scene, replace(settings, tolerance=left), sentence, error, out)
 
     def estimate(self, answer):

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from .compact import compact
-from .fit import fit
+from .fit import fit, fit_tolerance
 from .footprints import Triangles
 from .hermite import between_corners
 from .sheets import components, find_sheets, turned, turned_back
@@ -19,12 +19,14 @@ _OUTLIER = 8.0  # deviations: a vertex farther off the spline than both is not o
 class Splines:
     """Height fields fitted to the sheets of a Water with smooth shading, and cubics between vertices that share none.
 
-    smoothing: the Smoothing of the sequence, and afterwards that of this Water. sheets: those with vertices left on
+    smoothing: the Smoothing of the sequence, and afterwards that of this Water; tolerance: the relative mean squared
+    error of the light that is good enough, 0 for the best fit there is. sheets: those with vertices left on
     them; cut (T,): whether a triangle hangs together with a vertex on any. positions, normals (3,V): of the vertices on
     this surface.
     """
 
-    def __init__(self, water, smoothing):
+    def __init__(self, water, smoothing, tolerance=0.0):
+        self._tolerance = fit_tolerance(tolerance)
         self.positions, self.normals = water.positions.T, water.normals.T
         sheets = find_sheets(water.positions, water.triangles)
         self.smoothing = settled(smoothing, water, sheets)
@@ -74,7 +76,7 @@ class Splines:
         distance = sheet.distance
         if smoothing > ON_THE_SURFACE:
             distance = _spacing(self.positions, sheet, triangles)
-        field = fit(points.T, distance, smoothing)
+        field = fit(points.T, distance, smoothing, self._tolerance)
         off = np.abs(field.at(*points[:2])[0] - points[2])
         off_it = off > max(_CREASE * sheet.distance, _OUTLIER * 1.4826 * np.median(off))
         if off_it.any():
