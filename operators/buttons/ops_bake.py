@@ -47,12 +47,14 @@ def why_not_yet(context) -> str:
     return "" if can_choose(context) else "Select the water and the meshes that its light falls on, or pick them below"
 
 
-def _is_baking(window_manager) -> bool:
-    return any(
-        operator.bl_idname in {"DAPPLE_OT_bake_frame", "DAPPLE_OT_bake_animation"}
-        for window in window_manager.windows
-        for operator in window.modal_operators
-    )
+def _is_busy(window_manager) -> str:
+    """Say what keeps the workers busy; empty if nothing."""
+    running = {operator.bl_idname for window in window_manager.windows for operator in window.modal_operators}
+    if "DAPPLE_OT_chart" in running:
+        return "Methods are being measured: press Esc to stop that"
+    if running & {"DAPPLE_OT_bake_frame", "DAPPLE_OT_bake_animation"}:
+        return "A bake is running: press Esc to stop it"
+    return ""
 
 
 class _Bake:
@@ -63,9 +65,7 @@ class _Bake:
 
     @classmethod
     def poll(cls, context):
-        reason = why_not_yet(context)
-        if not reason and _is_baking(context.window_manager):
-            reason = "A bake is running: press Esc to stop it"
+        reason = why_not_yet(context) or _is_busy(context.window_manager)
         if reason:
             cls.poll_message_set(reason)
         return not reason

@@ -11,20 +11,20 @@ _ENGINES = {"BLENDER_EEVEE", "BLENDER_EEVEE_NEXT"}  # the second until 4.5
 
 
 def unseen(scene: bpy.types.Scene, casters: list[bpy.types.Object]) -> list[str]:
-    """Say what keeps EEVEE from showing what lies behind water and casters: a sentence, empty if nothing or if the
-    scene is rendered by another engine."""
+    """Say what keeps EEVEE from showing what lies behind water and casters: a sentence short enough for the status bar,
+    none if nothing does or the scene is rendered by another engine."""
     if scene.render.engine not in _ENGINES:
         return []
     clear = {slot.material for caster in casters for slot in caster.material_slots if _is_glass(slot.material)}
     names = ", ".join(f"'{material.name}'" for material in clear if not material.use_raytrace_refraction)
     switches = []
     if clear and not scene.eevee.use_raytracing:
-        switches.append("Raytracing in the render properties")
+        switches.append("Raytracing (render)")
     if names:
-        switches.append(f"Raytraced Transmission in the settings of material {names}")
+        switches.append(f"Raytraced Transmission (material {names})")
     if not switches:
         return []
-    return [f"EEVEE shows nothing of what lies behind the water or glass: turn on {' and '.join(switches)}."]
+    return [f"EEVEE hides what lies behind water and glass: turn on {' and '.join(switches)}."]
 
 
 def _is_glass(material):

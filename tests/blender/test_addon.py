@@ -485,7 +485,10 @@ def test_what_attaching_warns_of_is_said_last(ready, monkeypatch):
     assert [kind for kind, _ in button.reports] == ["INFO", "WARNING"]
 
 
-def test_a_second_bake_waits_for_the_first(ready):
-    running = SimpleNamespace(modal_operators=[SimpleNamespace(bl_idname="DAPPLE_OT_bake_frame")])
-    assert ops_bake._is_baking(SimpleNamespace(windows=[running]))
-    assert not ops_bake._is_baking(bpy.context.window_manager)
+@pytest.mark.parametrize(
+    ("button", "reason"), [("DAPPLE_OT_bake_frame", "A bake is running"), ("DAPPLE_OT_chart", "being measured")]
+)
+def test_a_bake_waits_for_what_keeps_the_workers_busy(button, reason, ready):
+    running = SimpleNamespace(modal_operators=[SimpleNamespace(bl_idname=button)])
+    assert reason in ops_bake._is_busy(SimpleNamespace(windows=[running]))
+    assert not ops_bake._is_busy(bpy.context.window_manager)

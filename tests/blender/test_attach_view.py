@@ -22,7 +22,7 @@ def water(empty_scene):
 def test_it_names_each_switch_that_is_off_and_no_other(water, empty_scene):
     assert not water.data.materials[0].use_raytrace_refraction
     (note,) = unseen(empty_scene, [water])
-    assert "Raytracing in the render properties and Raytraced Transmission in the settings of material 'Clear'" in note
+    assert "turn on Raytracing (render) and Raytraced Transmission (material 'Clear')" in note
     empty_scene.eevee.use_raytracing = True
     (note,) = unseen(empty_scene, [water])
     assert "turn on Raytraced Transmission" in note
