@@ -22,7 +22,8 @@ def waves(empty_scene, tmp_path):
         vertex.co.z = 0.03 * np.sin(5 * vertex.co.x) * np.cos(4 * vertex.co.y)
     bpy.data.objects.remove(old)
     empty_scene.dapple.water = water
-    empty_scene.frame_end, empty_scene.dapple.resolution = 1, 256  # texels so fine that the mesh is not enough
+    # Texels so fine and a tolerance so low that the mesh is not enough.
+    empty_scene.frame_end, empty_scene.dapple.resolution, empty_scene.dapple.tolerance = 1, 256, 1e-4
     return empty_scene
 
 

@@ -52,6 +52,6 @@ def test_a_wall_that_has_all_its_light_by_reflection_needs_it():
 def test_waves_need_the_surface_and_a_wide_sun_its_disc():
     wide = replace(pool(quads=48), lights=(replace(sun(), angle=0.2),))
     found = of(wide, tolerance=1e-3, dispersion=55.7)
-    assert found["reconstruction"].change > 1e-4 and found["reconstruction"].seconds > 0
+    assert found["reconstruction"].change > 1e-4
     assert found["disc"].change > 1e-3
-    assert 0 < found["dispersion"].change < 0.5 and found["dispersion"].seconds > 0
+    assert 0 < found["dispersion"].change < 0.5
