@@ -53,6 +53,13 @@ def extents(points, triangles):
     return least, most
 
 
+def used(positions, triangles):
+    """Those rows (n,3) of positions (V,3) that triangles (T,3) have as corners; without a sort."""
+    some = np.zeros(len(positions), bool)
+    some[triangles] = True
+    return positions[some]
+
+
 def cross(a, b):
     """Cross products (3,n) of vectors (3,n)."""
     across = np.empty(np.broadcast_shapes(a.shape, b.shape))

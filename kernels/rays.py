@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from .facets import used
 from .tree_rays import MISS, TreeScene
 
 try:
@@ -31,9 +32,9 @@ class Tracer:
         self.count = len(triangles)
         if not self.count:
             return
-        used = positions[np.unique(triangles)]
-        self.centre = (used.min(0) + used.max(0)) / 2
-        self.extent = float(np.linalg.norm(used.max(0) - used.min(0)))
+        corners = used(positions, triangles).T.copy()
+        low, high = corners.min(1), corners.max(1)
+        self.centre, self.extent = (low + high) / 2, float(np.linalg.norm(high - low))
         self._scene = _scene(self._rounded(positions), np.ascontiguousarray(triangles, np.int32))
 
     def first(self, origins, directions):

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from .casters import Glass
+from .facets import used
 from .scene import Spot, Sun
 
 FARTHEST = 1e9  # m from the origin: squares and cubes of what is further away have no digits left
@@ -70,7 +71,7 @@ def _check_sizes(scene):
 
 def _extent(mesh):
     """The longest side [m] of the box round what a mesh's triangles use."""
-    return float(np.ptp(mesh.positions[np.unique(mesh.triangles)], axis=0).max()) if len(mesh.triangles) else 0.0
+    return float(np.ptp(used(mesh.positions, mesh.triangles), axis=0).max()) if len(mesh.triangles) else 0.0
 
 
 def _check_range(name, value, low, high):

@@ -12,6 +12,8 @@ from dapple.kernels.maps.texels import rasterise
 from dapple.kernels.methods import prepare, solve
 from dapple.kernels.plan.planner import FLAT, MESH, SMOOTH, planned
 from dapple.kernels.scene import Occluder, Point, Settings
+from dapple.kernels.surface import splines
+from dapple.kernels.surface.fit import fit_tolerance
 from dapple.kernels.surface.smoothing import Smoothing
 
 SIDE = 48
@@ -69,6 +71,25 @@ def test_what_is_chosen_meets_the_tolerance(scale, tolerance):
     true = solve(fine, own, Settings("photon_splat", 1e-5, surface="mesh")).images[0]
     assert off(answer.images[0], true) <= tolerance
     assert answer.diagnostics.estimated_error <= tolerance
+
+
+def test_a_draft_takes_no_more_than_one_part_a_triangle():
+    scene = waves(2.0)
+    own = texels_of(scene, 128)
+    answer = solve(scene, own, Settings(tolerance=5e-2), Kept(Anchor(KNOWN)))
+    fine = pool(lambda x, y: sines(x, y, 2.0), quads=256)
+    true = solve(fine, own, Settings("photon_splat", 1e-5, surface="mesh")).images[0]
+    assert "1 x 1 parts" in answer.diagnostics.surface
+    assert off(answer.images[0], true) <= 5e-2
+
+
+def test_splines_are_fitted_so_finely_that_it_does_not_show(monkeypatch):
+    scene, settings = waves(2.0), Settings("photon_splat", tolerance=5e-2)
+    own = texels_of(scene, 128)
+    loose = solve(scene, own, settings, Kept(Anchor(KNOWN))).images[0]
+    monkeypatch.setattr(splines, "fit_tolerance", lambda _: fit_tolerance(0.0))
+    fine = solve(scene, own, settings, Kept(Anchor(KNOWN))).images[0]
+    assert 0 < off(loose, fine) < 2e-3 * settings.tolerance
 
 
 def test_no_light_is_lost_on_stormy_water():
