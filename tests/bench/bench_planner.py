@@ -68,6 +68,12 @@ def summary(found):
     error = np.array([float(row[HEAD.index("error")]) for row in found])
     asked = np.array([float(row[HEAD.index("asked")].split(": ")[1]) for row in found])
     yield f"On the front or within {ENOUGH} of it in time: {np.mean(over <= ENOUGH):.0%} of {len(found)} choices."
+    seconds, slow = np.array([float(row[HEAD.index("CPU [s]")]) for row in found]), over > ENOUGH
+    more = 1e3 * seconds * (1 - 1 / np.maximum(over, 1))
+    if slow.any():
+        few, most = 1e3 * seconds[slow].min(), 1e3 * seconds[slow].max()
+        yield f"Elsewhere it is {np.median(more[slow]):.0f} ms above in the median, of {few:.0f} to {most:.0f} ms."
+    yield f"On the front, within {ENOUGH} of it, or no more than 20 ms above: {np.mean(~slow | (more <= 20)):.0%}."
     yield f"Error within what was asked: {np.mean(error <= asked):.0%}."
     yield f"Estimate within a factor of 2 of the error: {np.mean((ratio >= 0.5) & (ratio <= 2)):.0%}."
 
