@@ -39,9 +39,10 @@ def folder_name(object_name):
 
 
 def map_path(out, object_name, frame):
-    """Where the lightmap of one object, or of one of its UDIM tiles, and one frame lies."""
+    """Where the lightmap of one object, or of one of its UDIM tiles, and one frame lies. The frame comes last, where
+    Blender looks for it in sequences."""
     receiver, tile = of_tile(object_name)
-    number = f"{frame:04d}.{tile}" if tile else f"{frame:04d}"
+    number = f"{tile}.{frame:04d}" if tile else f"{frame:04d}"
     return Path(out) / folder_name(receiver) / f"caustics_{number}.exr"
 
 

@@ -7,11 +7,10 @@ strength 1 sends its colour in the same unit. Every node of ours carries the tag
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import bpy
 
-TAG = "dapple"
+from .map_nodes import TAG, Sequence, map_socket, new
 
 # The input that holds the albedo, of the shaders that scatter light diffusely.
 ALBEDO_INPUTS = {
@@ -25,26 +24,16 @@ ALBEDO_INPUTS = {
 }
 
 
-@dataclass(frozen=True)
-class Sequence:
-    """A baked map: the image, its first and last frame; scale: the irradiance that its value 1 stands for [W/m^2]."""
-
-    image: bpy.types.Image
-    first: int
-    last: int
-    scale: float = 1.0
-
-
-def add(tree: bpy.types.NodeTree, sequence: Sequence, uv_map: str) -> bool:
-    """Add the light of `sequence` to the surface of `tree`, for EEVEE and for Cycles where each has an output of its
-    own; False if an albedo was not found and white stands in."""
+def add(tree: bpy.types.NodeTree, sequences: tuple[Sequence, ...], uv_map: str) -> bool:
+    """Add the light of `sequences`, one or one for each UDIM tile, to the surface of `tree`, for EEVEE and for Cycles
+    where each has an output of its own; False if an albedo was not found and white stands in."""
     outputs = dict.fromkeys(filter(None, (tree.get_output_node(engine) for engine in ("EEVEE", "CYCLES"))))
-    outputs = outputs or {_new(tree, "ShaderNodeOutputMaterial", None, (0, 0), "Output"): None}
-    found = [_add(tree, output, sequence, uv_map) for output in outputs]
+    outputs = outputs or {new(tree, "ShaderNodeOutputMaterial", None, (0, 0), "Output"): None}
+    found = [_add(tree, output, sequences, uv_map) for output in outputs]
     return all(found)
 
 
-def _add(tree, output, sequence, uv_map):
+def _add(tree, output, sequences, uv_map):
     """Add the light to what one output shows; whether its albedo was found."""
     frame = tree.nodes.new("NodeFrame")
     frame.name, frame.label, frame[TAG] = "Dapple", "Dapple", True
@@ -52,12 +41,12 @@ def _add(tree, output, sequence, uv_map):
     surface = output.inputs["Surface"]
     shader, groups = find_diffuse(surface) or (None, ())
     albedo = _resolve(shader.inputs[ALBEDO_INPUTS[shader.bl_idname]], groups) if shader else None
-    emission = _new(tree, "ShaderNodeEmission", frame, (x - 200, y - 300), "Light")
+    emission = new(tree, "ShaderNodeEmission", frame, (x - 200, y - 300), "Light")
     emission.inputs["Strength"].default_value = _diffuse_share(shader) / math.pi
-    product = _new(tree, "ShaderNodeVectorMath", frame, (x - 400, y - 300), "Albedo x Irradiance")
+    product = new(tree, "ShaderNodeVectorMath", frame, (x - 400, y - 300), "Albedo x Irradiance")
     product.operation = "MULTIPLY"
     _feed(tree, albedo, product.inputs[0])
-    tree.links.new(_map_socket(tree, sequence, uv_map, frame, (x - 700, y - 300)), product.inputs[1])
+    tree.links.new(map_socket(tree, sequences, uv_map, frame, (x - 700, y - 300)), product.inputs[1])
     tree.links.new(product.outputs[0], emission.inputs["Color"])
     _add_to_surface(tree, emission, surface, frame, (x, y - 300))
     return albedo is not None
@@ -75,13 +64,6 @@ def strip(tree: bpy.types.NodeTree) -> bool:
     for node in sorted(ours, key=lambda node: node.type == "FRAME"):
         tree.nodes.remove(node)
     return bool(ours)
-
-
-def update(tree: bpy.types.NodeTree, sequence: Sequence) -> None:
-    """Let the nodes that `add` added read `sequence`, and leave all else as it is."""
-    for node in tree.nodes:
-        if TAG in node and node.bl_idname == "ShaderNodeTexImage":
-            _read(node, sequence)
 
 
 def find_diffuse(surface: bpy.types.NodeSocket, groups: tuple = ()) -> tuple[bpy.types.Node, tuple] | None:
@@ -151,45 +133,10 @@ def _feed(tree, albedo, target):
         target.default_value = albedo or (1.0, 1.0, 1.0)
 
 
-def _map_socket(tree, sequence, uv_map, frame, location):
-    """Make the nodes that read the map by the UV map that was baked; return the map's colour output."""
-    x, y = location
-    texture = _new(tree, "ShaderNodeTexImage", frame, (x, y), "Irradiance")
-    texture.extension = "EXTEND"
-    texture.interpolation = "Linear"
-    _read(texture, sequence)
-    uv = _new(tree, "ShaderNodeUVMap", frame, (x - 200, y), "UV Map")
-    uv.uv_map = uv_map
-    tree.links.new(uv.outputs["UV"], texture.inputs["Vector"])
-    if sequence.scale == 1.0:
-        return texture.outputs["Color"]
-    scaled = _new(tree, "ShaderNodeVectorMath", frame, (x + 150, y - 150), "Scale")
-    scaled.operation = "SCALE"
-    scaled.inputs["Scale"].default_value = sequence.scale
-    tree.links.new(texture.outputs["Color"], scaled.inputs[0])
-    return scaled.outputs[0]
-
-
-def _read(texture, sequence):
-    """Set which files an image texture reads at which frame."""
-    texture.image, user = sequence.image, texture.image_user
-    # The file's number is frame - frame_start + 1 + frame_offset. Cyclic, for outside of the range a sequence is
-    # magenta otherwise.
-    user.frame_start, user.frame_offset = sequence.first, sequence.first - 1
-    user.frame_duration = sequence.last - sequence.first + 1
-    user.use_cyclic = user.use_auto_refresh = True
-
-
 def _add_to_surface(tree, emission, surface, frame, location):
     """Put emission + what feeds `surface` in its place."""
-    total = _new(tree, "ShaderNodeAddShader", frame, location, "Add")
+    total = new(tree, "ShaderNodeAddShader", frame, location, "Add")
     if surface.links:
         tree.links.new(surface.links[0].from_socket, total.inputs[0])
     tree.links.new(emission.outputs[0], total.inputs[1])
     tree.links.new(total.outputs[0], surface)
-
-
-def _new(tree, kind, frame, location, name):
-    node = tree.nodes.new(kind)
-    node.name, node[TAG], node.parent, node.location = f"Dapple {name}", True, frame, location
-    return node
