@@ -79,7 +79,10 @@ class Pool:
         return said
 
     def close(self):
-        """End all workers at once, whatever they are at."""
+        """End all workers at once, whatever they are at: none is waited for before all are killed, since the system
+        takes its time to take back a gigabyte."""
+        for worker in self._workers:
+            worker.end()
         for worker in self._workers:
             worker.kill()
         self._workers = []
@@ -120,14 +123,17 @@ class _Worker:
         try:
             answer = pickle.loads(self.answers.recv_bytes())
         except (EOFError, OSError):
-            self._process.kill()
+            self.end()
             return Died(self._process.wait())
         if not isinstance(answer, (Stage, Rough)):
             self.job = None
         return answer
 
-    def kill(self):
+    def end(self):
         self._process.kill()
+
+    def kill(self):
+        self.end()
         self._process.wait()
         self._jobs.close()
         self.answers.close()
