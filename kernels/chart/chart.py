@@ -96,7 +96,9 @@ def _climb(rung, scene, texels, settings, judge, chart):
     """Measure a rung's points, one after the other; yields a sentence on each."""
     kept = Kept(prepare(scene, texels, settings))
     for number, (label, own) in enumerate(rung.settings(settings)):
-        seconds, solution, runs = timed(lambda own=own: solve(scene, texels, own, kept))
+        if rung.method == AUTO:  # an animation's plan is for its tolerance
+            kept = Kept(prepare(scene, texels, own))
+        seconds, solution, runs = timed(lambda own=own, kept=kept: solve(scene, texels, own, kept))
         work = solution.diagnostics
         asked = own.tolerance if any("tolerance" in changed for _, changed in rung.knobs) else None
         row = judge.row(

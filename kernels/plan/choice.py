@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
+from .glance import Glance
+
 FLAT, MESH, SMOOTH = "flat", "mesh", "smooth"
 # Of the tolerance, what a prediction may be: the truth is up to as much more, see docs/planner.md.
 _MARGINS = {FLAT: 0.85, MESH: 0.5, SMOOTH: 1.0}
@@ -27,11 +29,12 @@ class Choice:
 
 @dataclass(frozen=True)
 class Plan:
-    """The Choice of a frame, all that there were, and the measures that told: name -> number."""
+    """The Choice of a frame, all that there were, the measures that told: name -> number, and the Glance at it."""
 
     choice: Choice
     choices: tuple[Choice, ...]
     measures: dict[str, float] = field(default_factory=dict)
+    glance: Glance | None = None
 
     def settings(self, settings):
         """The Settings by which to solve what `settings` ask for."""

@@ -12,7 +12,9 @@ else that the complete solver knows - reflection, light that meets the water aga
 certain tests leave any.
 
 A plan is a function of the frame and of the plan of the animation's anchor, whose choice is kept while it meets the
-tolerance and costs no more than twice the best: so frames do not depend on each other, nor flicker between choices.
+tolerance and costs no more than twice the best: so frames do not depend on each other, nor flicker between choices. On
+a frame that a glance tells to be like the anchor (`glance.py`), what the anchor's waves err is scaled, and the water is
+not looked at.
 """
 
 from __future__ import annotations
@@ -25,9 +27,10 @@ from ..splat.plane import one_plane
 from ..surface.footprints import Footprints
 from ..surface.reconstruct import is_smooth, margin
 from ..surface.share import SHARE
-from ..surface.window import glance, look
+from ..surface.window import look
 from . import cost
 from .choice import FLAT, MESH, SMOOTH, Choice, Plan
+from .glance import Glance
 from .still import still_error
 
 _DEARER = 2.0  # times the best: what an anchor's choice may cost
@@ -40,12 +43,39 @@ _PARTS = range(1, 9)
 def planned(scene, texels, settings, smoothing, anchor=None):
     """The Plan of a Scene on Texels for Settings; smoothing: that of the animation; anchor: its Plan, if there is
     one."""
+    footprints = Footprints.of(scene, texels)
+    seen = Glance.of(scene, texels, settings, footprints)
+    alike = _scaled(anchor, seen, settings.tolerance) if anchor is not None else None
+    return alike or replace(_looked(scene, texels, settings, smoothing, anchor, footprints, seen), glance=seen)
+
+
+def _scaled(anchor, seen, tolerance):
+    """The anchor's Plan for a frame of which a Glance was `seen`; None where that is not alike, or another choice would
+    be made."""
+    factors = seen.over(anchor.glance) if anchor.glance is not None else None
+    if factors is None:
+        return None
+    contrast, off = factors
+    scale = {FLAT: contrast, MESH: off, SMOOTH: 1.0}
+    choices = tuple(replace(choice, error=scale[choice.kind] * choice.error) for choice in anchor.choices)
+    chosen = _chosen(choices, tolerance, anchor)
+    if chosen.kind != anchor.choice.kind or not chosen.fits(tolerance):
+        return None
+    measures = dict(anchor.measures, waves=contrast * anchor.measures["waves"])
+    if "power" in measures:
+        measures["power"] = 1 + contrast * (measures["power"] - 1)
+        measures["mesh"] *= off
+    return Plan(chosen, choices, measures, seen)
+
+
+def _looked(scene, texels, settings, smoothing, anchor, footprints, seen):
+    """The Plan of a frame by all that there is to look at; see `planned`."""
     lights = 3 if settings.dispersion else 1
     texel_count = sum(len(t.texel) for t in texels)
     rays = bool(texels) and one_plane(scene, texels) is None
     counts = cost.Counts(len(scene.water.triangles), texel_count, max(len(scene.lights), 1) * lights, rays)
-    footprints, still, shaded = Footprints.of(scene, texels), np.inf, False
-    if not _stirred(scene, footprints, settings.tolerance):
+    still, shaded = np.inf, False
+    if seen.contrast is None or seen.contrast <= _FAR * settings.tolerance:
         still, shaded = still_error(scene, texels)
     bare = () if shaded or scene.occluders else ("occlusion",)
     flat = Choice(FLAT, "flat", bare, still, cost.flat(counts))
@@ -54,12 +84,6 @@ def planned(scene, texels, settings, smoothing, anchor=None):
     measures = {"waves": still, "casters": len(scene.casters), **_seen(scene, footprints, settings, smoothing)}
     choices = [flat, *_beams(scene, settings, counts, measures)]
     return Plan(_chosen(choices, settings.tolerance, anchor), tuple(choices), measures)
-
-
-def _stirred(scene, footprints, tolerance):
-    """Whether a glance tells that the light is far from that of still water."""
-    some = glance(scene.water) if footprints is not None and is_smooth(scene.water) else None
-    return some is not None and footprints.power(some) - 1 > _FAR * tolerance
 
 
 def _seen(scene, footprints, settings, smoothing):

@@ -18,7 +18,8 @@ from ..dispersion import etas
 from ..optics import cosine_refracted
 from ..scene import Sun
 
-_TEXELS = 1 << 12  # that depths and widths are taken from, at most
+_TEXELS = 1 << 12  # that depths and widths are taken from, at most, of those of so many times as many that lie below
+_FINER = 4
 _GOLDEN = (np.sqrt(5) - 1) / 2
 # Images no thinner than this part of their length, or of its square below a texel, are as dense as folds are on texels:
 # measured, with _SHARES, on 30 waters of tests/bench/estimate_ponds.py.
@@ -56,13 +57,15 @@ class Footprints:
     def __init__(self, depth, width, lights, level, eta, through):
         self._depth, self._width, self._lights = depth, width, lights
         self._level, self._eta, self._through = level, eta, through
+        self._last = None, ()
 
     @classmethod
     def of(cls, scene, texels):
         """The Footprints of a Scene on Texels; None without texels or lights."""
         level = float(scene.water.positions[:, 2].mean()) if len(scene.water.positions) else 0.0
-        depth = np.concatenate([np.zeros(0), *(level - t.positions[:, 2] for t in texels)])
-        area = np.concatenate([np.zeros(0), *(t.area for t in texels)])
+        some = slice(None, None, sum(len(t.texel) for t in texels) // (_FINER * _TEXELS) | 1)
+        depth = np.concatenate([np.zeros(0), *(level - t.positions[some, 2] for t in texels)])
+        area = np.concatenate([np.zeros(0), *(t.area[some] for t in texels)])
         below = np.flatnonzero(depth > 0)
         through = len(below) > 0
         at = below if through else np.arange(len(depth))
@@ -81,7 +84,7 @@ class Footprints:
         parts, and straight between."""
         between = _halfway(triangles.slopes)
         errors = np.zeros(len(parts))
-        for images, share in self._images(triangles.plan, triangles.slopes):
+        for images, share in self._images(triangles):
             bent = images.ways(triangles.middles) - images.ways(between)
             bent = np.sqrt((bent**2).sum(0)).max(0)
             errors += share**2 * np.array([images.spread(bent, k) for k in parts])
@@ -90,7 +93,7 @@ class Footprints:
     def own(self, triangles):
         """Error that Triangles leave which keep the normals of their mesh."""
         error = 0.0
-        for images, share in self._images(triangles.plan, triangles.slopes):
+        for images, share in self._images(triangles):
             error += share**2 * images.apart(images.moved(triangles.own))
         middles = _halfway(triangles.own) + triangles.middles - _halfway(triangles.slopes)
         mesh = Triangles(triangles.plan, triangles.own, middles, triangles.own)
@@ -98,14 +101,14 @@ class Footprints:
 
     def power(self, triangles):
         """Mean square of the light over its squared mean, rather too low than too high."""
-        shares = [(share, images.power(_THIN)) for images, share in self._images(triangles.plan, triangles.slopes)]
+        shares = [(share, images.power(_THIN)) for images, share in self._images(triangles)]
         return 1 + sum(share**2 * max(power - 1, 0.0) for share, power in shares)
 
     def disc(self, triangles):
         """What share of the light's variance the widest sun's disc blurs: an ellipse of half axes of R texels blurs
         _SMOOTH R^4 of light without folds, and _FOLDED R^2 of that on folds."""
         worst = 0.0
-        for light, (images, _) in zip(self._lights, self._images(triangles.plan, triangles.slopes), strict=True):
+        for light, (images, _) in zip(self._lights, self._images(triangles), strict=True):
             squared = float((self._half_axis(light[0], self._depth / self._width) ** 2).mean())
             folded = min(_ROUND_FOLDS * images.folded(), 1.0)
             worst = max(worst, (1 - folded) * min(_SMOOTH * squared, _FOLDED) * squared + folded * _FOLDED * squared)
@@ -126,8 +129,13 @@ class Footprints:
         waves = abs(1 / ends[0] - 1 / ends[1])  # for slopes of 1
         return (apart + _SLOPE * waves) * float(np.sqrt(((self._depth / self._width) ** 2).mean()))
 
-    def _images(self, plan, slopes):
-        """Pairs of the Images under a light and its share."""
+    def _images(self, triangles):
+        """Pairs of the Images of Triangles under a light and its share; those asked for last are kept."""
+        if self._last[0] is not triangles:
+            self._last = triangles, list(self._imaged(triangles.plan, triangles.slopes))
+        return self._last[1]
+
+    def _imaged(self, plan, slopes):
         pick = (np.arange(plan.shape[2]) * _GOLDEN % 1 * len(self._depth)).astype(np.int64)
         depth, width = self._depth[pick], self._width[pick]
         for light, share in self._lights:

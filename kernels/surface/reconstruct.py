@@ -74,7 +74,8 @@ def prepared(water):
 
 def is_smooth(water):
     """Whether a Water is shaded smooth all over, by normals that are not set by hand."""
-    return len(water.triangles) > 0 and np.array_equal(water.triangles, water.normal_triangles)
+    same = water.triangles is water.normal_triangles or np.array_equal(water.triangles, water.normal_triangles)
+    return len(water.triangles) > 0 and same
 
 
 class Reconstruction:

@@ -228,3 +228,35 @@ def test_no_jump_shows_where_an_animation_changes_character():
     for k in range(len(frames) - 1):
         jump, moved = (np.sqrt(off(a[k + 1], a[k])) for a in ([s.images[0] for s in answers], true))
         assert jump <= moved + np.sqrt(tolerance)
+
+
+def test_a_frame_like_the_anchor_is_planned_by_a_glance(monkeypatch):
+    """Waves a tenth higher err a fifth more, as a look would find; that is told without one."""
+    for scale, tolerance, name in ((0.3, 5e-2, FLAT), (0.4, 1e-2, MESH), (2.5, 1e-2, SMOOTH)):
+        anchor, looked = (plan_of(waves(factor * scale), tolerance, side=128) for factor in (1.0, 1.1))
+        assert anchor.choice.kind == name
+        with monkeypatch.context() as patched:
+            patched.setattr("dapple.kernels.plan.planner._looked", None)
+            glanced = plan_of(waves(1.1 * scale), tolerance, anchor, side=128)
+        assert (glanced.choice.kind, glanced.choice.without) == (anchor.choice.kind, anchor.choice.without)
+        for measure in {FLAT: ("waves",), MESH: ("waves", "mesh", "power"), SMOOTH: ("power",)}[name]:
+            assert glanced.measures[measure] == pytest.approx(looked.measures[measure], rel=0.05), (name, measure)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda s: replace(s, lights=(sun((0.3, 0.1, -1.0)),)),
+        lambda s: replace(s, receivers=(quad("Floor", [[-2, -2, 0.1], [2, -2, 0.1], [2, 2, 0.1], [-2, 2, 0.1]]),)),
+        lambda s: replace(
+            s, occluders=(Occluder("Sail", np.array([[0, 0, 3], [1, 0, 3], [0, 1, 3.0]]), np.array([[0, 1, 2]])),)
+        ),
+        lambda s: replace(s, sigma_a=np.ones(3)),
+    ],
+)
+def test_what_changes_round_the_water_is_looked_at_anew(change, monkeypatch):
+    anchor = plan_of(waves(0.4))
+    monkeypatch.setattr("dapple.kernels.plan.planner._looked", lambda *_: pytest.fail("looked"))
+    plan_of(waves(0.4), anchor=anchor)
+    with pytest.raises(pytest.fail.Exception, match="looked"):
+        plan_of(change(waves(0.4)), anchor=anchor)
