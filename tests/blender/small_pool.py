@@ -5,7 +5,6 @@ import types
 
 import bpy
 import numpy as np
-import OpenEXR
 
 import dapple.kernels
 from dapple.kernels.anchor import Anchor
@@ -88,11 +87,6 @@ def use_solver(monkeypatch, solve):
     fake.METHODS, fake.solve = {"photon_splat": None, "conic_walk": None}, solve
     monkeypatch.setitem(sys.modules, fake.__name__, fake)
     monkeypatch.setattr(dapple.kernels, "methods", fake, raising=False)
-
-
-def read_exr(path):
-    """(H,W,3) as stored, half or float32, row 0 at v = 0, by OpenEXR's own reader."""
-    return OpenEXR.File(str(path)).channels()["RGB"].pixels[::-1]
 
 
 def files_in(folder):

@@ -8,7 +8,8 @@ import pytest
 
 from dapple.operators.bake.bake import bake, request_from_scene
 from dapple.operators.read.absorption import read_sigma_a
-from dapple.tests.blender.small_pool import build_pool, read_exr
+from dapple.tests.blender.exr_reader import read_exr
+from dapple.tests.blender.small_pool import build_pool
 
 COLOUR, TINT = (0.2, 0.6, 0.9, 1.0), (0.1, 0.5, 0.8, 1.0)
 ABSORPTION = "ShaderNodeVolumeAbsorption"

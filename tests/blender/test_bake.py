@@ -12,7 +12,8 @@ import pytest
 
 from dapple.operators.bake.bake import bake, request_from_scene
 from dapple.operators.errors import DappleError
-from dapple.tests.blender.small_pool import HALF, add_grid, build_pool, files_in, read_exr, solve_by_height, use_solver
+from dapple.tests.blender.exr_reader import read_exr
+from dapple.tests.blender.small_pool import HALF, add_grid, build_pool, files_in, solve_by_height, use_solver
 from dapple.tests.waves import transmitted
 
 

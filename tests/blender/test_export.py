@@ -12,7 +12,8 @@ from dapple.operators.errors import DappleError
 from dapple.operators.maps.export import Export, export
 from dapple.operators.maps.read_map import read_map
 from dapple.operators.show.attach import attach
-from dapple.tests.blender.small_pool import build_pool, files_in, read_exr, solve_by_height, use_solver
+from dapple.tests.blender.exr_reader import read_exr
+from dapple.tests.blender.small_pool import build_pool, files_in, solve_by_height, use_solver
 
 
 def solve(scene, texels, settings, reconstruction=None, anchor=None):

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from dapple.operators.bake.bake import bake, request_from_scene
-from dapple.tests.blender.small_pool import build_pool, read_exr
+from dapple.tests.blender.exr_reader import read_exr
+from dapple.tests.blender.small_pool import build_pool
 
 SIDE = 16  # texels of the map, and pixels of the render, along each side of the floor
 since_4_5 = pytest.mark.skipif(

@@ -10,7 +10,8 @@ from dapple.operators.errors import DappleError
 from dapple.operators.read.extract import read_scene
 from dapple.operators.read.lightmap_uvs import make, supply
 from dapple.operators.read.mesh_arrays import LAYER, TopologyCache
-from dapple.tests.blender.small_pool import add_grid, build_pool, read_exr
+from dapple.tests.blender.exr_reader import read_exr
+from dapple.tests.blender.small_pool import add_grid, build_pool
 from dapple.tests.waves import transmitted
 
 

@@ -12,7 +12,8 @@ from dapple.operators.read.density import side_in_metres
 from dapple.operators.read.extract import read_scene
 from dapple.operators.read.mesh_arrays import TopologyCache
 from dapple.operators.show.attach import attach
-from dapple.tests.blender.small_pool import add_grid, build_pool, files_in, read_exr
+from dapple.tests.blender.exr_reader import read_exr
+from dapple.tests.blender.small_pool import add_grid, build_pool, files_in
 from dapple.tests.waves import transmitted
 
 

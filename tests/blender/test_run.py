@@ -14,7 +14,8 @@ from dapple.operators.bake.messages import Died
 from dapple.operators.bake.progress import Progress, Waiting
 from dapple.operators.bake.turns import clear_up, partial_path
 from dapple.operators.errors import DappleError
-from dapple.tests.blender.small_pool import InlinePool, build_pool, files_in, read_exr, solve_by_height, use_solver
+from dapple.tests.blender.exr_reader import read_exr
+from dapple.tests.blender.small_pool import InlinePool, build_pool, files_in, solve_by_height, use_solver
 
 
 @pytest.fixture

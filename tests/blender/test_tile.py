@@ -7,7 +7,7 @@ import pytest
 from dapple.operators.bake.bake import bake, request_from_scene
 from dapple.operators.errors import DappleError
 from dapple.tests.blender.attach_scene import plane
-from dapple.tests.blender.small_pool import read_exr
+from dapple.tests.blender.exr_reader import read_exr
 
 
 @pytest.fixture

@@ -18,7 +18,8 @@ from dapple.operators.read.extract import read_scene
 from dapple.operators.read.find import find_object
 from dapple.operators.read.mesh_arrays import TopologyCache
 from dapple.tests.blender import waters
-from dapple.tests.blender.small_pool import add_grid, read_exr
+from dapple.tests.blender.exr_reader import read_exr
+from dapple.tests.blender.small_pool import add_grid
 from dapple.tests.waves import transmitted
 
 SHEETS = (

@@ -7,21 +7,14 @@ from pathlib import Path
 
 import bpy
 import numpy as np
-import OpenEXR
 import pytest
 
 from dapple.operators.errors import DappleError
 from dapple.operators.maps.exr_file import is_whole
 from dapple.operators.maps.write import folder_name, map_path, write_exr, write_json
+from dapple.tests.blender.exr_reader import read_exr
 
 ROOT = Path(__file__).parents[2]
-
-
-def read_exr(path):
-    """(H,W,3) float32, row 0 at the bottom, by OpenEXR's own reader."""
-    channels = OpenEXR.File(str(path)).channels()
-    assert list(channels) == ["RGB"]
-    return channels["RGB"].pixels[::-1]
 
 
 @pytest.mark.parametrize("size", [(16, 24), (1, 1), (17, 3), (40, 5)])

@@ -15,7 +15,7 @@ from waves import OBLIQUE, calm, pool
 from dapple.operators.bake.bake import bake, request_from_scene
 from dapple.operators.errors import DappleError
 from dapple.tests.blender.conftest import empty_scene  # noqa: F401
-from dapple.tests.blender.small_pool import read_exr
+from dapple.tests.blender.exr_reader import read_exr
 from dapple.tests.stability.judge import COMPLETE, METHODS, NOT_MEANS, ONE_PATH, SAMPLED, Verdict, judge
 from dapple.tests.stability.photons import trace
 
