@@ -1,4 +1,4 @@
-"""What the last bake was: method and why, the energy's balance, texels that want a look."""
+"""What the last bake was: method and why, the energy's balance, texels that want a look; and exports of it."""
 
 from __future__ import annotations
 
@@ -22,16 +22,24 @@ class DAPPLE_PT_status(Sidebar, bpy.types.Panel):
         try:
             bake = last_bake(output_folder(context.scene.dapple.output), context.scene.frame_current)
         except DappleError as error:
-            return wrapped(layout, context, str(error))
-        if bake is None:
-            return wrapped(layout, context, "Nothing is baked yet in the output folder")
-        names = {identifier: name for identifier, name, _ in METHODS}
-        method = names.get(bake.method, bake.method)
-        wrapped(layout, context, f"Frame {bake.frame}: {method}, {bake.seconds:.2f} s")
-        wrapped(layout, context, f"{bake.reason[:1].upper()}{bake.reason[1:]}")
-        _energy(layout.column(align=True), bake)
-        _texels(layout.column(align=True), bake)
-        layout.operator("dapple.show_status", icon="IMAGE_DATA")
+            wrapped(layout, context, str(error))
+        else:
+            _draw_bake(layout, context, bake)
+        buttons = layout.column(align=True)
+        buttons.operator("dapple.show_status", icon="IMAGE_DATA")
+        buttons.operator("dapple.export", icon="EXPORT")
+
+
+def _draw_bake(layout, context, bake):
+    """A LastBake, or that there is none."""
+    if bake is None:
+        return wrapped(layout, context, "Nothing is baked yet in the output folder")
+    names = {identifier: name for identifier, name, _ in METHODS}
+    method = names.get(bake.method, bake.method)
+    wrapped(layout, context, f"Frame {bake.frame}: {method}, {bake.seconds:.2f} s")
+    wrapped(layout, context, f"{bake.reason[:1].upper()}{bake.reason[1:]}")
+    _energy(layout.column(align=True), bake)
+    _texels(layout.column(align=True), bake)
 
 
 def _energy(column, bake):

@@ -27,7 +27,7 @@ class Sidebar:
 
 
 class DAPPLE_PT_bake(Sidebar, bpy.types.Panel):
-    """Bake, and how well."""
+    """Bake, how well, and show what was baked."""
 
     bl_label = "Bake"
 
@@ -40,6 +40,9 @@ class DAPPLE_PT_bake(Sidebar, bpy.types.Panel):
         buttons.operator("dapple.bake_animation", icon="RENDER_ANIMATION")
         layout.row(align=True).prop(settings, "quality", expand=True)
         layout.operator("dapple.live_preview", icon="PLAY", depress=live.is_on())
+        shown = layout.row(align=True)
+        shown.operator("dapple.attach", icon="LINKED")
+        shown.operator("dapple.detach", icon="UNLINKED")
         wrapped(layout, context, live.trouble(), icon="ERROR")
 
 
@@ -145,18 +148,6 @@ class DAPPLE_PT_margin(Sidebar, bpy.types.Panel):
 
     def draw(self, context):
         self.column().prop(context.scene.dapple, "padding")
-
-
-class DAPPLE_PT_materials(Sidebar, bpy.types.Panel):
-    """Show the baked maps on the receivers, or stop showing them."""
-
-    bl_label = "Materials"
-
-    def draw(self, context):
-        buttons = self.layout.column(align=True)
-        buttons.operator("dapple.attach", icon="LINKED")
-        buttons.operator("dapple.detach", icon="UNLINKED")
-        self.layout.operator("dapple.export", icon="EXPORT")
 
 
 def wrapped(layout, context, text, icon="NONE"):

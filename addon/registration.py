@@ -39,7 +39,6 @@ CLASSES = (
     panels.DAPPLE_PT_quality,
     panels.DAPPLE_PT_output,
     panels.DAPPLE_PT_margin,
-    panels.DAPPLE_PT_materials,
     panel_status.DAPPLE_PT_status,
 )
 

@@ -10,23 +10,16 @@ from ..read.casters import caster_names
 from ..show import live
 from ..show.attach import attach, detach
 from ..show.attach_slots import SLOTS
-from .ops_bake import why_not
+from .explained import Explained
 
 
-class DAPPLE_OT_attach(bpy.types.Operator):
+class DAPPLE_OT_attach(Explained, bpy.types.Operator):
     """Light the receivers' materials by the baked maps, and let water, glass and metal cast whole shadows. \
 Press it again after a new bake or a change of materials"""
 
     bl_idname = "dapple.attach"
     bl_label = "Attach to Materials"
     bl_options = {"REGISTER", "UNDO"}
-
-    @classmethod
-    def poll(cls, context):
-        reason = why_not(context.scene)
-        if reason:
-            cls.poll_message_set(reason)
-        return not reason
 
     def execute(self, context):
         try:
@@ -45,7 +38,7 @@ Press it again after a new bake or a change of materials"""
         return {"FINISHED"}
 
 
-class DAPPLE_OT_detach(bpy.types.Operator):
+class DAPPLE_OT_detach(Explained, bpy.types.Operator):
     """Take the maps off all materials and leave these, and the shadows, as they were before"""
 
     bl_idname = "dapple.detach"
@@ -53,11 +46,8 @@ class DAPPLE_OT_detach(bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
-    def poll(cls, _context):
-        if any(SLOTS in obj for obj in bpy.data.objects):
-            return True
-        cls.poll_message_set("No object shows its maps")
-        return False
+    def lacks(cls, _context):
+        return "" if any(SLOTS in obj for obj in bpy.data.objects) else "No object shows its maps"
 
     def execute(self, context):
         live.stop(context)

@@ -19,129 +19,61 @@ from ..bake.bake import bake, request_from_scene
 from ..bake.progress import Preview, Waiting, clock
 from ..errors import DappleError
 from ..read.lightmap_uvs import supply
-from ..read.receivers import can_receive
 from ..show import live
 from ..show.attach import refresh
-from .choose import can_choose, choose, flagged_receivers, wants_choice
+from .choose import choose, wants_choice
+from .explained import Explained, choice_lacking, workers_busy
 from .ops_choose import DAPPLE_OT_choose
 from .ops_uvs import DAPPLE_OT_lightmap_uvs
+from .stepping import Stepping
 
-_TICK = 0.02  # s between looks at what the workers have said
 _STOP_HELP = "Esc stops and keeps the finished frames"
 
 
-def why_not(scene) -> str:
-    """Say what a bake of `scene` still lacks, as a sentence for a tooltip; empty if nothing."""
-    settings = scene.dapple
-    if settings.receivers is None:
-        return "" if flagged_receivers(scene) else "Pick the collection of receivers first"
-    if not any(can_receive(o) and o != settings.water for o in settings.receivers.all_objects):
-        return "The collection of receivers holds no mesh but the water"
-    return ""
-
-
-def why_not_yet(context) -> str:
-    """As `why_not`, for a button that can take water and receivers from the selection."""
-    if not wants_choice(context.scene):
-        return why_not(context.scene)
-    return "" if can_choose(context) else "Select the water and the meshes that its light falls on, or pick them below"
-
-
-def _is_busy(window_manager) -> str:
-    """Say what keeps the workers busy; empty if nothing."""
-    running = {operator.bl_idname for window in window_manager.windows for operator in window.modal_operators}
-    if "DAPPLE_OT_chart" in running:
-        return "Methods are being measured: press Esc to stop that"
-    if running & {"DAPPLE_OT_bake_frame", "DAPPLE_OT_bake_animation"}:
-        return "A bake is running: press Esc to stop it"
-    return ""
-
-
-class _Bake:
+class _Bake(Stepping):
     """Run the bake's iterator; a subclass says which frames."""
 
-    bl_options = {"REGISTER"}
+    tick = 0.02
+    doing = f"baking. {_STOP_HELP}"
     previews = False
 
     @classmethod
-    def poll(cls, context):
-        reason = why_not_yet(context) or _is_busy(context.window_manager)
-        if reason:
-            cls.poll_message_set(reason)
-        return not reason
+    def lacks(cls, context):
+        return choice_lacking(context) or workers_busy(context.window_manager)
 
     def request(self, scene):
         raise NotImplementedError
 
-    def execute(self, context):
-        try:
-            self._begin(context)
-            for progress in self._steps:
-                self._take(progress)
-        except DappleError as error:
-            return self._fail(error)
-        return self._finish()
-
-    def invoke(self, context, _event):
-        # In the background no timer fires.
-        return self.execute(context) if bpy.app.background else self._start(context)
-
-    def _begin(self, context, folder=None, wait=None):
-        self._last, self._warnings, self._rough = None, {}, False
+    def begin(self, context, wait=None):
+        self._last, self._warnings, self._rough, self._folder = None, {}, False, None
         live.stop(context)
         if wants_choice(context.scene):
-            self.report({"INFO"}, choose(context))
-            # The bake itself changes nothing that could be undone.
-            if bpy.ops.ed.undo_push.poll():
-                bpy.ops.ed.undo_push(message=DAPPLE_OT_choose.bl_label)
+            self._change(choose(context), DAPPLE_OT_choose)
         self._request = self.request(context.scene)
         made = supply(context, self._request)
         if made:
-            self.report({"INFO"}, made)
-            if bpy.ops.ed.undo_push.poll():
-                bpy.ops.ed.undo_push(message=DAPPLE_OT_lightmap_uvs.bl_label)
-        self._steps = bake(context, self._request, folder, wait)
+            self._change(made, DAPPLE_OT_lightmap_uvs)
+        if self.previews and wait is not None:
+            self._folder = tempfile.TemporaryDirectory(prefix="dapple-")
+        self.steps = bake(context, self._request, self._folder and Path(self._folder.name), wait)
 
-    def _start(self, context):
-        self._folder = tempfile.TemporaryDirectory(prefix="dapple-")
-        try:
-            self._begin(context, Path(self._folder.name) if self.previews else None, wait=0)
-        except DappleError as error:
-            self._folder.cleanup()
-            return self._fail(error)
-        manager = context.window_manager
-        self._timer = manager.event_timer_add(_TICK, window=context.window)
-        manager.progress_begin(0, 1)
-        manager.modal_handler_add(self)
-        manager.dapple.begin()
-        context.workspace.status_text_set(f"Dapple: baking. {_STOP_HELP}")
-        return {"RUNNING_MODAL"}
+    def start(self, context):
+        ends = super().start(context)
+        if ends == {"RUNNING_MODAL"}:
+            context.window_manager.progress_begin(0, 1)
+        return ends
 
-    def modal(self, context, event):
-        if event.type == "ESC" or context.window_manager.dapple.stop:
-            self.cancel(context)
-            self._show()
-            done = self._last.done if self._last else 0
-            self.report({"WARNING"}, f"Stopped: {done} finished frame(s) are kept")
-            return {"CANCELLED"}
-        return self._step(context) if event.type == "TIMER" else {"PASS_THROUGH"}
+    def cancel(self, context):
+        context.window_manager.progress_end()
+        super().cancel(context)
 
-    def _step(self, context):
-        try:
-            self._tell(context, next(self._steps))
-        except StopIteration:
-            self.cancel(context)
-            return self._finish()
-        except DappleError as error:
-            self.cancel(context)
-            return self._fail(error)
-        except BaseException:
-            self.cancel(context)
-            raise
-        return {"PASS_THROUGH"}
+    def _change(self, sentence, operator):
+        """Say what was changed in the file, as if a button had done it: the bake itself leaves nothing to undo."""
+        self.report({"INFO"}, sentence)
+        if bpy.ops.ed.undo_push.poll():
+            bpy.ops.ed.undo_push(message=operator.bl_label)
 
-    def _tell(self, context, step):
-        """Show in the window what the bake said."""
+    def tell(self, context, step):
         if isinstance(step, Preview):
             self._rough = True
             refresh(self._request.receivers, step.folder)
@@ -150,7 +82,7 @@ class _Bake:
             left = "" if step.left is None else f"about {clock(step.left)} left"
             text = "; ".join(filter(None, (f"{step.done} of {step.total} frames", step.message, left)))
         else:
-            self._take(step)
+            self.take(step)
             self._show()
             context.window_manager.progress_update(step.done / step.total)
             # Not its message: a sentence that comes and goes would move what is below it; Last Bake has it all.
@@ -159,23 +91,18 @@ class _Bake:
         if context.window_manager.dapple.tell(part, text):
             context.workspace.status_text_set(f"Dapple: {text}. {_STOP_HELP}")
 
-    def cancel(self, context):
-        """Let the iterator clean up behind itself, and give the window back; Blender calls it on quitting too."""
-        self._steps.close()
-        context.window_manager.event_timer_remove(self._timer)
-        context.window_manager.progress_end()
-        context.window_manager.dapple.end()
-        context.workspace.status_text_set(None)
-        if self._rough:
-            with contextlib.suppress(DappleError):  # there may be no better maps to go back to
-                refresh(self._request.receivers, self._request.out)
-        self._folder.cleanup()
-
-    def _take(self, progress):
+    def take(self, progress):
         self._last = progress
         self._warnings.update(dict.fromkeys(progress.warnings))
 
-    def _finish(self):
+    def clear(self, context):
+        if self._rough:
+            with contextlib.suppress(DappleError):  # there may be no better maps to go back to
+                refresh(self._request.receivers, self._request.out)
+        if self._folder:
+            self._folder.cleanup()
+
+    def finish(self):
         self._show()
         self.report({"INFO"}, self._last.message)
         # Last, for the status bar shows the last report only.
@@ -183,10 +110,13 @@ class _Bake:
             self.report({"WARNING"}, warning)
         return {"FINISHED"}
 
-    def _fail(self, error):
+    def stopped(self):
         self._show()
-        self.report({"ERROR"}, str(error))
-        return {"CANCELLED"}
+        return f"Stopped: {self._last.done if self._last else 0} finished frame(s) are kept"
+
+    def fail(self, error):
+        self._show()
+        return super().fail(error)
 
     def _show(self):
         """Let receivers that show their maps show the new ones."""
@@ -194,18 +124,15 @@ class _Bake:
             refresh(self._request.receivers, self._request.out)
 
 
-class DAPPLE_OT_stop(bpy.types.Operator):
+class DAPPLE_OT_stop(Explained, bpy.types.Operator):
     """Stop the bake that is running, and keep the finished frames"""
 
     bl_idname = "dapple.stop"
     bl_label = "Stop Baking"
 
     @classmethod
-    def poll(cls, context):
-        if not context.window_manager.dapple.running:
-            cls.poll_message_set("No bake is running")
-            return False
-        return True
+    def lacks(cls, context):
+        return "" if context.window_manager.dapple.running else "No bake is running"
 
     def execute(self, context):
         context.window_manager.dapple.stop = True

@@ -6,9 +6,10 @@ import bpy
 
 from ..errors import DappleError
 from .choose import can_choose, choose
+from .explained import Explained
 
 
-class DAPPLE_OT_choose(bpy.types.Operator):
+class DAPPLE_OT_choose(Explained, bpy.types.Operator):
     """Take water and receivers from the selected objects: water lets light through, glass and metal cast by \
 themselves, and the rest receives. The receivers are put in a collection of their own, beside those that they are in"""
 
@@ -17,11 +18,8 @@ themselves, and the rest receives. The receivers are put in a collection of thei
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
-    def poll(cls, context):
-        if can_choose(context):
-            return True
-        cls.poll_message_set("Select the water and the meshes that its light falls on")
-        return False
+    def lacks(cls, context):
+        return "" if can_choose(context) else "Select the water and the meshes that its light falls on"
 
     def execute(self, context):
         try:

@@ -10,7 +10,7 @@ from bpy.props import BoolProperty, EnumProperty, IntProperty
 from ..bake.bake import output_folder, request_from_scene
 from ..errors import DappleError
 from ..maps.export import Export, export
-from .ops_bake import why_not
+from .explained import Explained, receivers_lacking
 
 FORMS = (
     ("sequence", "Image Sequence", "One file for each frame"),
@@ -19,7 +19,7 @@ FORMS = (
 )
 
 
-class DAPPLE_OT_export(bpy.types.Operator):
+class DAPPLE_OT_export(Explained, bpy.types.Operator):
     """Make loops, PNG, flipbook atlases and light cookies of the baked maps. They are written to the folder export \
 beside the maps, with a JSON file that tells what the numbers are"""
 
@@ -56,11 +56,8 @@ beside the maps, with a JSON file that tells what the numbers are"""
     )
 
     @classmethod
-    def poll(cls, context):
-        reason = why_not(context.scene) or _not_baked(context.scene)
-        if reason:
-            cls.poll_message_set(reason)
-        return not reason
+    def lacks(cls, context):
+        return receivers_lacking(context.scene) or _not_baked(context.scene)
 
     def invoke(self, context, _event):
         return context.window_manager.invoke_props_dialog(self)

@@ -7,10 +7,10 @@ import bpy
 from ..errors import DappleError
 from ..show import live
 from .choose import choose, wants_choice
-from .ops_bake import why_not_yet
+from .explained import Explained, choice_lacking
 
 
-class DAPPLE_OT_live_preview(bpy.types.Operator):
+class DAPPLE_OT_live_preview(Explained, bpy.types.Operator):
     """Bake each frame that you come to as a draft of 256 texels and show it on the receivers, in memory only. \
 Switched off, before saving and before rendering, the maps on disk are shown again"""
 
@@ -19,13 +19,10 @@ Switched off, before saving and before rendering, the maps on disk are shown aga
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
-    def poll(cls, context):
-        reason = "" if live.is_on() else why_not_yet(context)
+    def lacks(cls, context):
         if context.window_manager.dapple.running:
-            reason = "A bake is running: stop it first"
-        if reason:
-            cls.poll_message_set(reason)
-        return not reason
+            return "A bake is running: stop it first"
+        return "" if live.is_on() else choice_lacking(context)
 
     def execute(self, context):
         if live.is_on():

@@ -7,23 +7,16 @@ import bpy
 from ..bake.bake import request_from_scene
 from ..errors import DappleError
 from ..maps.overlay import show
-from .ops_bake import why_not
+from .explained import Explained
 
 
-class DAPPLE_OT_show_status(bpy.types.Operator):
+class DAPPLE_OT_show_status(Explained, bpy.types.Operator):
     """Solve the current frame again and paint what became of each texel: grey is fine, colours say why a texel has no \
 light or not all of it. One image per receiver, shown in the Image Editors that are open"""
 
     bl_idname = "dapple.show_status"
     bl_label = "Show Texel Status"
     bl_options = {"REGISTER", "UNDO"}
-
-    @classmethod
-    def poll(cls, context):
-        reason = why_not(context.scene)
-        if reason:
-            cls.poll_message_set(reason)
-        return not reason
 
     def execute(self, context):
         from ..bake.solve_now import Now

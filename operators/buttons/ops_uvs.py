@@ -8,9 +8,10 @@ from ..bake.bake import request_from_scene
 from ..errors import DappleError
 from ..read.find import find_object, shown_by
 from ..read.lightmap_uvs import make, supply
+from .explained import Explained
 
 
-class DAPPLE_OT_lightmap_uvs(bpy.types.Operator):
+class DAPPLE_OT_lightmap_uvs(Explained, bpy.types.Operator):
     """Unwrap receivers for their lightmaps, without overlaps, into the UV map 'Dapple': those that have no UV map, \
 and of those that are selected all, anew. Other UV maps stay as they are"""
 
@@ -19,11 +20,8 @@ and of those that are selected all, anew. Other UV maps stay as they are"""
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
-    def poll(cls, context):
-        if context.mode == "OBJECT":
-            return True
-        cls.poll_message_set("Go to Object Mode first")
-        return False
+    def lacks(cls, context):
+        return "" if context.mode == "OBJECT" else "Go to Object Mode first"
 
     def execute(self, context):
         try:

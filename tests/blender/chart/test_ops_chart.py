@@ -99,7 +99,7 @@ def test_to_the_end(start):
     assert button.modal(context, event("TIMER")) == {"FINISHED"}
     assert button.shown == ["a/chart.png"]
     assert button.said == [("INFO", "The chart is in a/chart.png")]
-    assert log == [((1,), 0.0), "closed"]
+    assert log == [((1,), 0), "closed"]
     assert context.window.on == set()
 
 
