@@ -11,8 +11,7 @@ from ...kernels.scene import Diagnostics, Scene, Settings
 @dataclass(frozen=True)
 class Job:
     """A frame to solve, by its number: a Scene, its Settings, and the Anchor of the animation, None where that is what
-    is asked for; full: maps in float32; rough: whether pictures of it are wanted at once; sizes: of the receivers'
-    maps, where these are not all of the settings' resolution."""
+    is asked for; full: maps in float32; rough: whether pictures of it are wanted at once."""
 
     number: int
     scene: Scene
@@ -20,7 +19,6 @@ class Job:
     anchor: Anchor | None = None
     full: bool = False
     rough: bool = False
-    sizes: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)

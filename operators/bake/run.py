@@ -17,7 +17,6 @@ from ...kernels.anchor import Anchor
 from ...kernels.scene import Scene
 from ..errors import DappleError
 from ..maps.frame_files import copy_maps, write_maps
-from ..read.density import Sizes
 from ..read.digest import code, digest
 from ..read.extract import read_scene
 from ..read.mesh_arrays import TopologyCache
@@ -36,11 +35,10 @@ _KILLED = (
 
 @dataclass
 class _Frame:
-    """A frame that was read; sizes: of its maps; inputs: the digest of all that its maps follow from."""
+    """A frame that was read; inputs: the digest of all that its maps follow from."""
 
     number: int
     scene: Scene | None
-    sizes: tuple[int, ...]
     warnings: list
     seconds: dict = field(default_factory=dict)
     inputs: str = ""
@@ -54,7 +52,6 @@ class Run:
         self._timeline, self._request, self._record, self._pool = timeline, request, record, pool
         self._interactive, self._pause = wait is not None, _SLICE if wait is None else wait
         self._previews, self._topology, self._anchor = previews, TopologyCache(), None
-        self._sizes = Sizes(request.settings.resolution, request.density)
         self._todo, self._ahead, self._held, self._again = deque(request.frames), None, None, deque()
         self._given, self._stages, self._tried = {}, {}, set()  # number -> _Frame and word; numbers
         self._first, self._equal = {}, {}  # digest -> number; number -> later _Frames that do not differ from it
@@ -83,9 +80,8 @@ class Run:
         number = self._request.frames[0] if self._request.anchor is None else self._request.anchor
         try:
             frame = self._read(number)
-            self._sizes.keep(frame.scene)
-            self._set_workers(frame)
-            self._pool.give(Job(number, frame.scene, self._request.settings, sizes=frame.sizes))
+            self._set_workers(frame.scene)
+            self._pool.give(Job(number, frame.scene, self._request.settings))
             answer = Stage("")
             while isinstance(answer, Stage):
                 for _, answer in self._pool.answers(self._pause):
@@ -102,11 +98,11 @@ class Run:
             self._ahead = frame
         return answer
 
-    def _set_workers(self, frame):
+    def _set_workers(self, scene):
         """Bound the workers by cores, memory and frames; light that is kept from frame to frame needs one for all."""
-        request, scene = self._request, frame.scene
+        request = self._request
         triangles = len(scene.water.triangles) + sum(len(c.triangles) for c in scene.casters)
-        each = memory_per_worker(triangles, frame.sizes, request.settings)
+        each = memory_per_worker(triangles, len(scene.receivers), request.settings)
         one = bool(request.settings.reuse)
         self._pool.most = 1 if one else count_workers(request.workers, len(request.frames), each)
 
@@ -116,14 +112,13 @@ class Run:
         try:
             depsgraph = self._timeline.at(number)
             scene, warnings = read_scene(depsgraph, request.water, request.receivers, self._topology, request.volume)
-            sizes = self._sizes.of(scene)
-            check_maps([receiver.name for receiver in scene.receivers], sizes)
+            check_maps([receiver.name for receiver in scene.receivers], request.settings.resolution)
         except DappleError as error:
             raise DappleError(f"Frame {number}: {error}") from error
         finally:
             if self._interactive:
                 self._timeline.rest()
-        return _Frame(number, scene, sizes, warnings, {"extract": time.perf_counter() - start})
+        return _Frame(number, scene, warnings, {"extract": time.perf_counter() - start})
 
     def _can_read(self):
         """Whether to read a frame now: not while Blender renders, which reads the scene as well."""
@@ -138,8 +133,7 @@ class Run:
             self._fail(number, error)
             return
         request, reused = self._request, bool(self._request.settings.reuse)
-        known = (frame.scene, frame.sizes, request.settings, request.full, self._anchor, frame.warnings)
-        frame.inputs = digest(code(), *known)
+        frame.inputs = digest(code(), frame.scene, request.settings, request.full, self._anchor, frame.warnings)
         entry = None if reused else self._record.known(number, frame.inputs)
         first = number if reused else self._first.setdefault(frame.inputs, number)
         if entry:
@@ -167,8 +161,7 @@ class Run:
         self._given[frame.number] = frame
         request = self._request
         rough = self._previews is not None
-        wanted = (request.settings, self._anchor, request.full, rough, frame.sizes)
-        self._pool.give(Job(frame.number, frame.scene, *wanted))
+        self._pool.give(Job(frame.number, frame.scene, request.settings, self._anchor, request.full, rough))
 
     def _take(self, number, answer):
         """Yield what there is to tell of a worker's answer."""

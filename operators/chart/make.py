@@ -55,8 +55,7 @@ def _read(context, request, number):
         read = read_scene(timeline.at(number), request.water, request.receivers, TopologyCache(), request.volume)
     finally:
         timeline.restore()
-    names = [receiver.name for receiver in read[0].receivers]
-    check_maps(names, [request.settings.resolution] * len(names))
+    check_maps([receiver.name for receiver in read[0].receivers], request.settings.resolution)
     return read
 
 

@@ -26,6 +26,7 @@ _PEER = (0.42, 0.42, 0.42)
 _X_AXIS = "CPU seconds for the frame, on one core (left is quicker)"
 _Y_AXIS = "error, as Tolerance counts it (down is better)"
 _TOUCH = 14.0  # stars that are nearer than this have one label
+_AMISS = 0.05  # of the light: where more is missing, or too much, the curve says so
 _WORST = 30.0  # errors above are drawn here
 
 
@@ -110,9 +111,14 @@ def _draw_curves(plot, rows, floor):
     for name, own in named.items():
         places = _places(plot, own, floor)
         if name != AUTO:
-            plot.label(places[[-1, 0]], name, 11.5, _colour(own[0]))
+            plot.label(places[[-1, 0]], name + _share(own[-1]), 11.5, _colour(own[0]))
     for rows in _together(plot, named.get(AUTO, ()), floor):
         plot.label(_places(plot, rows, floor), f"auto, {' + '.join(row.label for row in rows)}", 11.5, INK)
+
+
+def _share(row):
+    """What part of the light a row has, where it is not nearly all."""
+    return f": {100 * (1 + row.energy):.0f} % of the light" if abs(row.energy) > _AMISS else ""
 
 
 def _together(plot, rows, floor):

@@ -53,16 +53,26 @@ class MapCamera:
     def caustics(self, paths_per_pixel, seed):
         """Irradiance (R,R,3) [W/m^2] by ptracer, less the part of the very same paths that comes straight from the
         lights, whose noise cancels."""
-        whole, straight = (self._picture(depth, paths_per_pixel, seed) for depth in _DEPTHS)
-        return whole - straight
+        return self.whole(paths_per_pixel, seed) - self.straight(paths_per_pixel, seed)
 
     def whole(self, paths_per_pixel, seed):
         """As `caustics`, of all light, which is what ptracer spends its time on."""
         return self._picture(_DEPTHS[0], paths_per_pixel, seed)
 
+    def straight(self, paths_per_pixel, seed):
+        """As `whole`, of the light that meets nothing on its way."""
+        return self._picture(_DEPTHS[1], paths_per_pixel, seed)
+
     def of(self, image):
         """What of an image (R,R,3) of the receiver the pixels see, (R,R,3)."""
         return image.reshape(-1, 3)[self.texel].mean(2)
+
+    def on_map(self, picture):
+        """What of a picture (R,R,...) of pixels falls on the map's texels (R^2,...), where a pixel is a texel; 0 where
+        the receiver is not seen."""
+        image = np.zeros((self._side**2, *picture.shape[2:]), picture.dtype)
+        image[self.texel[self.seen][:, _INNER * (_INNER + 1) // 2]] = picture[self.seen]
+        return image
 
     def _picture(self, depth, samples, seed):
         """Irradiance (R,R,3) of the receiver: a white surface's radiance is E albedo / pi."""

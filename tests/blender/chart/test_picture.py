@@ -91,3 +91,12 @@ def test_stars_that_touch_have_one_label(empty_scene, monkeypatch):
     rows = [replace(one, label=name) for one, name in zip(near, ("Draft", "Preview", "Final"), strict=True)]
     draw(SimpleNamespace(rows=marked(rows, 1e-6), reference=SimpleNamespace(error=1e-6)), "", [])
     assert [text for text in said if "auto" in text] == ["auto, Draft + Preview", "auto, Final"]
+
+
+def test_curves_say_what_part_of_the_light_they_have(empty_scene, monkeypatch):
+    said = []
+    monkeypatch.setattr(Plot, "label", lambda plot, points, text, size, colour: said.append(text))
+    rows = [row("Cycles", 3.0, 0.4, peer=True), row("flat", 0.01, 0.1), row("caustic_map", 0.1, 0.2)]
+    rows = [replace(one, energy=energy) for one, energy in zip(rows, (-0.36, 0.003, 0.12), strict=True)]
+    draw(SimpleNamespace(rows=marked(rows, 1e-6), reference=SimpleNamespace(error=1e-6)), "", [])
+    assert {"Cycles: 64 % of the light", "flat", "caustic_map: 112 % of the light"} <= set(said)
