@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from .flat.known import KnownStill, Level
 from .plan.choice import Plan
 from .surface.reconstruct import Reconstruction
 from .surface.smoothing import Smoothing
@@ -17,10 +18,11 @@ from .surface.smoothing import Smoothing
 @dataclass(frozen=True)
 class Anchor:
     """smoothing: how much the water's vertices are smoothed on water that is no rougher than the anchor's; plan: what
-    was chosen there, where there was a choice."""
+    was chosen there, where there was a choice; level: the plane of its water, where it may be taken as still."""
 
     smoothing: Smoothing = field(default_factory=Smoothing)
     plan: Plan | None = None
+    level: Level | None = None
 
 
 class Kept:
@@ -30,3 +32,4 @@ class Kept:
     def __init__(self, anchor=None):
         self.anchor = anchor or Anchor()
         self.reconstruction = Reconstruction(self.anchor.smoothing)
+        self.still = KnownStill(self.anchor.level)

@@ -11,6 +11,7 @@ from .anchor import Anchor, Kept
 from .caustic_map import caustic_map
 from .dispersion import etas, solve_channels
 from .flat import flat
+from .flat.known import Level
 from .plan.planner import planned
 from .plan.words import reason, told
 from .rays import SLOW
@@ -46,7 +47,9 @@ def prepare(scene, texels, settings):
         scene, _ = tile.widened(scene, settings.resolution)
     scene, texels, settings, _ = _ready(scene, texels, settings)
     smoothing = prepared(scene.water) if settings.surface == "auto" else Smoothing()
-    return Anchor(smoothing, planned(scene, texels, settings, smoothing) if _plans(settings) else None)
+    plan = planned(scene, texels, settings, smoothing) if _plans(settings) else None
+    method = settings.method if plan is None else plan.choice.method
+    return Anchor(smoothing, plan, Level.of(scene.water) if method == "flat" else None)
 
 
 def solve(scene, texels, settings, kept=None):
@@ -68,7 +71,8 @@ def solve(scene, texels, settings, kept=None):
     surface = Surface.of(scene, texels, settings, kept.reconstruction, plan, _AS_IT_IS.get(method))
     scene, settings = surface.scene, surface.settings
     seconds["surface"] = time.perf_counter() - start
-    answer = solve_channels(METHODS[method], scene, texels, settings)
+    by = kept.still.solve if method == "flat" else METHODS[method]
+    answer = solve_channels(by, scene, texels, settings)
     work = answer.diagnostics
     work.surface, work.slow_rays, work.seconds = surface.sentence, SLOW, {**seconds, **work.seconds}
     work.estimated_error = surface.estimate(answer)

@@ -6,12 +6,14 @@ that the normals point to.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
 from .casters import Caster, Volume
 from .checks import check_index, check_shaded, check_shape
+from .status import Status
 
 WATER_IOR = 1.333
 
@@ -218,3 +220,18 @@ class Solution:
     images: tuple[np.ndarray, ...]
     status: tuple[np.ndarray, ...]
     diagnostics: Diagnostics
+
+    @cached_property
+    def power(self):
+        """Mean square of the light over its squared mean; 1 without light."""
+        total, squares, count = 0.0, 0.0, 0
+        for image, status in zip(self.images, self.status, strict=True):
+            light = (image[..., 0] + image[..., 1] + image[..., 2])[status != Status.EMPTY]
+            total, squares, count = total + light.sum(), squares + light @ light, count + len(light)
+        return float(squares * count / total**2) if total > 0 else 1.0
+
+    def told(self, diagnostics):
+        """The same light with other Diagnostics."""
+        other = replace(self, diagnostics=diagnostics)
+        other.__dict__["power"] = self.power  # the cached one
+        return other

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, is_dataclass, replace
-
-import numpy as np
+from dataclasses import replace
 
 from .anchor import Kept
 from .reuse import Reuse
@@ -40,16 +38,3 @@ class Sequence:
             rough.append(rough[-1] * _STEP)
         for tolerance in reversed(rough):
             yield self._solve(scene, texels, replace(self._settings, tolerance=min(tolerance, 1.0), surface="mesh"))
-
-
-def unchanged(one, other):
-    """Whether two things are equal in every number: dataclasses, tuples, arrays, plain values."""
-    if one is other:
-        return True
-    if type(one) is not type(other):
-        return False
-    if is_dataclass(one):
-        return all(unchanged(getattr(one, f.name), getattr(other, f.name)) for f in fields(one))
-    if isinstance(one, tuple):
-        return len(one) == len(other) and all(map(unchanged, one, other))
-    return np.array_equal(one, other)

@@ -15,6 +15,7 @@ from .scene import Spot, Sun
 FARTHEST = 1e9  # m from the origin: squares and cubes of what is further away have no digits left
 _SMALLEST = 1e-6  # of what bends light: rays are cast in float32
 _FLAT = 1e-9  # of a box's longest side to the third power
+_FEW = 64  # triangles, that tell of most receivers that they are large enough
 _MOST = 1e30  # W/m^2 or W/sr: what is stronger overflows the maps
 
 
@@ -49,18 +50,21 @@ def check_settings(settings):
 
 def _check_positions(name, positions):
     """Raise ValueError unless all coordinates are finite and not too far away."""
+    if np.abs(positions).max(initial=0) <= FARTHEST:  # which no number is that is not one
+        return
     broken = np.count_nonzero(~np.isfinite(positions).all(1))
     if broken:
         raise ValueError(f"{name} must be finite, but {broken} of {len(positions)} are not")
-    if np.abs(positions).max(initial=0) > FARTHEST:
-        raise ValueError(f"{name} must lie within {FARTHEST:g} m of the origin, got {np.abs(positions).max():g} m")
+    raise ValueError(f"{name} must lie within {FARTHEST:g} m of the origin, got {np.abs(positions).max():g} m")
 
 
 def _check_sizes(scene):
     """Raise ValueError for a receiver that is too small for rays from what bends light to meet it."""
     bending = [mesh for mesh in (scene.water, *scene.casters) if len(mesh.triangles)]
-    widest = max((_extent(mesh) for mesh in bending), default=0.0)
-    for receiver in scene.receivers:
+    most = max((_box(mesh.positions) for mesh in bending), default=0.0)
+    small = [r for r in scene.receivers if _box(r.positions[r.triangles[:_FEW].ravel()]) < _SMALLEST * most]
+    widest = max((_extent(mesh) for mesh in bending), default=0.0) if small else 0.0
+    for receiver in small:
         extent = _extent(receiver)
         if extent < _SMALLEST * widest:
             raise ValueError(
@@ -71,7 +75,12 @@ def _check_sizes(scene):
 
 def _extent(mesh):
     """The longest side [m] of the box round what a mesh's triangles use."""
-    return float(np.ptp(used(mesh.positions, mesh.triangles), axis=0).max()) if len(mesh.triangles) else 0.0
+    return _box(used(mesh.positions, mesh.triangles))
+
+
+def _box(positions):
+    """The longest side [m] of the box round positions (n,3)."""
+    return max(float(np.ptp(v)) for v in positions.T) if len(positions) else 0.0
 
 
 def _check_range(name, value, low, high):

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from ..optics import dot
 from ..rays import MISS, solid
 from ..scene import Point, Sun
 from ..solution import book
-from .doubt import Border, doubt, some
+from .doubt import Border, Doubt, some
 from .paths import paths
 from .still import FINER
 
@@ -41,12 +43,12 @@ class Anywhere:
 
     def under(self, light, work):
         """As `OneFloor.under`, of any light."""
-        irradiance, errors = np.zeros((len(self._area), 3)), 0.0
+        irradiance, doubts = np.zeros((len(self._area), 3)), []
         power = np.asarray(light.irradiance if isinstance(light, Sun) else light.intensity, float)
         cells, area = self._still.cells() if isinstance(light, Point) else self._still.whole()
         turned = paths(self._still, light, cells, self._scene.eta, False)
         if turned is None:
-            return irradiance, errors
+            return irradiance, doubts
         passed = paths(self._still, light, cells, self._scene.eta, True)
         going = {True: -(area * passed.strength * passed.arrives[2]).sum() * power}
         going[False] = (area * turned.strength * turned.arrives[2]).sum() * power
@@ -58,7 +60,8 @@ class Anywhere:
             kept = np.exp(-np.outer(books["length"], self._scene.sigma_a)) if through else np.ones((1, 3))
             arrived = self._area[ids] @ (watts * kept)
             irradiance[ids] += watts * kept
-            errors += off * (power * kept).mean() ** 2
+            per = (power * kept).mean() ** 2 / len(self._area)
+            doubts += [replace(one, scale=per * one.scale, points=per * one.points) for one in off]
             if through:
                 shaded = books["shaded"] * power
                 absorbed = self._area[ids] @ watts - arrived
@@ -66,13 +69,13 @@ class Anywhere:
             else:
                 lost["reflected"] = going[False] - arrived
         book(work, lost, going[True] + going[False])
-        return irradiance, errors / len(self._area)
+        return irradiance, doubts
 
     def _by(self, light, ids, through):
         """Irradiance (n,) at texels ids (n,) per unit of the light's power without absorption; the `length` (n,) of the
-        ways and what is `shaded`; and the doubt, times the number of texels."""
+        ways and what is `shaded`; and the Doubts, in sum over texels."""
         if not len(ids):
-            return np.zeros(0), {"length": np.zeros(0), "shaded": 0.0}, 0.0
+            return np.zeros(0), {"length": np.zeros(0), "shaded": 0.0}, ()
         ways = paths(self._still, light, self._p[:, ids], self._scene.eta, through)
         facing = np.maximum(-dot(ways.arrives, self._n[:, ids]), 0.0)
         # A lamp in the water's own plane sends no light through it, and has no way to tell of.
@@ -87,8 +90,8 @@ class Anywhere:
         bare[water == 0] = np.nan  # no ray was sent there
         books = {"length": length, "shaded": shaded}
         if not e.any():
-            return e, books, 0.0
-        return e, books, self._doubt(light, ids, ways, (e, bare), through, above)
+            return e, books, ()
+        return e, books, (self._doubt(light, ids, ways, (e, bare), through, above),)
 
     def _hidden(self, ways, at):
         """Whether (n,) something stands in Paths `at` (n,), above the plane or behind it; and how far [m] above it, in
@@ -117,7 +120,7 @@ class Anywhere:
         return np.where(met == MISS, 0.0, (across * (v0 - m)).sum(1) / np.where(fall == 0, np.inf, fall))
 
     def _doubt(self, light, ids, ways, shares, through, above):
-        """The doubt, times the number of texels, of the shares (n,) e and `bare` of a light, of which the first is
+        """The Doubt, in sum over texels, of the shares (n,) e and `bare` of a light, of which the first is
         shaded by the rim of the water too; above [m]: how far from the plane what shades is, in the mean."""
         e, bare = shares
         lit = np.flatnonzero(e > 0)
@@ -126,8 +129,8 @@ class Anywhere:
         points = (self._steps(ids, bare)[1] + bends / FINER**2) / _BENDS
         texel = np.sqrt(self._area.mean())
         border = Border(border / len(lit), texel, above)
-        off = doubt(self._still, light, ways.take(pick), e[pick], self._scene.eta, through, border)
-        return off * len(lit) / max(len(pick), 1) + points
+        scale = len(lit) / max(len(pick), 1)
+        return Doubt(light, ways.take(pick), e[pick], self._scene.eta, through, border, scale, points)
 
     def _steps(self, ids, e):
         """Sums of the squared first and second differences of light e (n,) of texels ids (n,) along both axes of their

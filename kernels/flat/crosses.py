@@ -39,10 +39,10 @@ class Crosses(Anywhere):
         return 1.0 if ways is None else float(dot(ways.arrives, self._n).max())
 
     def at(self, light):
-        """Irradiance (n,) per unit of the light's power, without absorption; its doubt, see `doubt`, in the mean; and
+        """Irradiance (n,) per unit of the light's power, without absorption; its doubt in the mean over texels; and
         whether anything is shaded."""
         e, books, off = self._by(light, np.arange(len(self._area)), True)
-        return e, off / len(e), books["shaded"] > 0
+        return e, sum(one.of(self._still) for one in off) / len(e), books["shaded"] > 0
 
     def _steps(self, _ids, light):
         centre, left, right, down, up = light.reshape(len(_BESIDE), -1)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..scene import Sun
+from .paths import Paths
 from .ripples import Ripples
 
 SAMPLES = 1 << 12  # texels at which the waves are looked up, about
@@ -28,22 +29,37 @@ class Border:
     above: float = 0.0
 
 
-def doubt(still, light, ways, e, eta, through, border):
-    """Mean squared error that still water leaves on texels with irradiance e (n,), of which Paths `ways` and the Border
-    are known, times n.
+@dataclass(frozen=True)
+class Doubt:
+    """What tells, for any waves about a Still plane, the mean squared error of its light: scale times the sum over
+    texels with light e (n,) and Paths `ways`, inside a Border, and what `points` at the texels' centres leave."""
 
-    Waves change what falls within the light, and move its edges. A lamp's disc makes them soft: w / 12 of a texel's
-    squared light is lost along an edge that is to be w texels wide.
-    """
-    if not len(e):
-        return 0.0
-    length = float(ways.length.mean())
-    radius = light.angle / 2 if isinstance(light, Sun) else light.radius / max(float(np.mean(ways.away)), light.radius)
-    penumbra, texel = 2 * radius * length / (eta if through else 1), border.texel
-    ripples = Ripples(still, ways, eta, through, np.hypot(texel, _BOX / 2 * penumbra))
-    squared, moved = ripples.squared(ways)
-    edge = _shifted(np.sqrt(moved.mean() / 2) / texel) + (penumbra + 2 * radius * border.above) / texel / 12
-    return float((e * e * squared).sum() + border.steps * len(e) * edge)
+    light: object
+    ways: Paths
+    e: np.ndarray
+    eta: float
+    through: bool
+    border: Border
+    scale: float = 1.0
+    points: float = 0.0
+
+    def of(self, still):
+        """The error under the water of a Still with this plane.
+
+        Waves change what falls within the light, and move its edges. A lamp's disc makes them soft: w / 12 of a texel's
+        squared light is lost along an edge that is to be w texels wide.
+        """
+        if not len(self.e):
+            return self.points
+        light, ways = self.light, self.ways
+        away = 1.0 if isinstance(light, Sun) else max(float(np.mean(ways.away)), light.radius)
+        radius = (light.angle / 2 if isinstance(light, Sun) else light.radius) / away
+        penumbra = 2 * radius * float(ways.length.mean()) / (self.eta if self.through else 1)
+        texel, border = self.border.texel, self.border
+        ripples = Ripples(still, ways, self.eta, self.through, np.hypot(texel, _BOX / 2 * penumbra))
+        squared, moved = ripples.squared(ways)
+        edge = _shifted(np.sqrt(moved.mean() / 2) / texel) + (penumbra + 2 * radius * border.above) / texel / 12
+        return self.points + self.scale * float((self.e**2 * squared).sum() + border.steps * len(self.e) * edge)
 
 
 def _shifted(by):

@@ -8,6 +8,7 @@ shades by one ray a texel on each leg. The waves themselves are predicted only, 
 from __future__ import annotations
 
 import time
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from ..solution import answer, check_texels
 from ..status import Status
 from ..surface.deviation import softened
 from .anywhere import Anywhere
+from .doubt import Doubt
 from .one_floor import OneFloor
 from .still import Still
 
@@ -27,6 +29,43 @@ _LEFT_OUT = [
 ]
 
 
+@dataclass(frozen=True)
+class StillLight:
+    """What falls under a Still plane, whatever the waves about it: irradiance (K,3); work: Diagnostics, of all but the
+    waves; doubts: of all lights; light: the mean over texels and channels."""
+
+    irradiance: np.ndarray
+    work: Diagnostics
+    doubts: tuple[Doubt, ...]
+    light: float
+
+    @classmethod
+    def of(cls, still, scene, texels, shades=True):
+        """That of a Scene on Texels; shades: look for what stands in the way."""
+        work = Diagnostics("flat", _REASON, left_out=list(_LEFT_OUT))
+        count = sum(len(t.texel) for t in texels)
+        if still is None or not count:
+            return cls(np.zeros((count, 3)), work, (), 0.0)
+        receivers = OneFloor.of(still, scene, texels) or Anywhere.of(still, scene, texels, shades)
+        parts = [receivers.under(light, work) for light in scene.lights]
+        irradiance = sum((part for part, _ in parts[1:]), parts[0][0]) if parts else np.zeros((count, 3))
+        return cls(irradiance, work, tuple(d for _, own in parts for d in own), float(irradiance.mean()))
+
+    def error(self, still):
+        """Mean squared error over the squared mean of the light that the water of a Still adds to this plane."""
+        if not self.light > 0:
+            return 1.0  # if there is light, all of it is missing
+        return sum(doubt.of(still) for doubt in self.doubts) / self.light**2
+
+
+def still_of(scene, texels, level=None):
+    """The Still plane of a Scene's water, that of a Level if there is one that holds; None without water or lights."""
+    if not len(scene.water.triangles) or not scene.lights or not any(len(t.texel) for t in texels):
+        return None
+    texel = float(np.sqrt(min(t.area.mean() for t in texels if len(t.area))))
+    return Still(scene.water, texel, level if level is not None and level.holds(scene.water, texel) else None)
+
+
 def solve(scene, texels, settings):
     """Irradiance of a Scene on Texels (one per receiver) under still water; see `scene.Solution`.
 
@@ -35,30 +74,19 @@ def solve(scene, texels, settings):
     """
     check_texels(scene, texels)
     start = time.perf_counter()
-    work = Diagnostics("flat", _REASON, left_out=list(_LEFT_OUT))
-    irradiance, light, error = combine(lights_of(scene, texels, work, "occlusion" not in settings.without), texels)
-    work.estimated_error = softened(scene.water) * error
-    work.seconds["closed form"] = time.perf_counter() - start
-    return answer(scene, texels, irradiance, np.where(light > 0, Status.LIT, Status.DARK), work)
+    still = still_of(scene, texels)
+    light = StillLight.of(still, scene, texels, "occlusion" not in settings.without)
+    light.work.estimated_error = estimated(light, still)
+    light.work.seconds["closed form"] = time.perf_counter() - start
+    return solution(light, scene, texels)
 
 
-def lights_of(scene, texels, work, shades=True):
-    """For each light of a Scene its irradiance (K,3) on Texels under still water, and its doubt, see `doubt`; books
-    what comes in and what is lost in Diagnostics; shades: look for what stands in the way."""
-    if not len(scene.water.triangles) or not any(len(t.texel) for t in texels):
-        return []
-    still = Still(scene.water, np.sqrt(min(t.area.mean() for t in texels if len(t.area))))
-    receivers = OneFloor.of(still, scene, texels) or Anywhere.of(still, scene, texels, shades)
-    return [receivers.under(light, work) for light in scene.lights]
+def estimated(light, still):
+    """The relative mean squared error that the water of a Still is predicted to add to a StillLight."""
+    return softened(still.water) * light.error(still) if still is not None else 0.0
 
 
-def combine(parts, texels):
-    """Irradiance (K,3) of all `lights_of`, its mean over the channels (K,), and the relative mean squared error that
-    the waves are predicted to add."""
-    count = sum(len(t.texel) for t in texels)
-    irradiance = sum((part for part, _ in parts[1:]), parts[0][0]) if parts else np.zeros((count, 3))
-    light = irradiance @ np.full(3, 1 / 3)
-    mean = light.sum() / max(count, 1)
-    if not mean > 0:
-        return irradiance, light, 1.0 if parts else 0.0  # if there is light, all of it is missing
-    return irradiance, light, float(sum(off for _, off in parts) / mean**2)
+def solution(light, scene, texels):
+    """The Solution by a StillLight."""
+    status = np.where(light.irradiance.any(1), Status.LIT, Status.DARK)
+    return answer(scene, texels, light.irradiance, status, light.work)

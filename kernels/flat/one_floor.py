@@ -8,8 +8,8 @@ import numpy as np
 from ..maps.coverage import edge_coverage
 from ..scene import Sun
 from ..solution import book
-from ..splat.plane import one_plane
-from .doubt import Border, doubt, some
+from ..splat.plane import floor_plane
+from .doubt import Border, Doubt, some
 from .paths import paths
 
 _LEVEL = 1e-6  # slope between floor and water, at most, where light is absorbed by depth
@@ -29,7 +29,7 @@ class OneFloor:
         """The OneFloor of a Scene, None for one that is not so plain."""
         if not all(isinstance(light, Sun) for light in scene.lights):
             return None
-        plane = one_plane(scene, texels)
+        plane = floor_plane(scene, texels)
         if plane is None or (still.to_plane(scene.receivers[0].positions)[2] >= 0).any():
             return None
         floor = cls(still, scene, texels[0], plane)
@@ -38,12 +38,12 @@ class OneFloor:
         return floor
 
     def under(self, light, work):
-        """Irradiance (K,3) of a Sun and its doubt, see `doubt`, in the mean over texels; books what comes in."""
+        """Irradiance (K,3) of a Sun and its Doubts, in the mean over texels; books what comes in."""
         still, scene = self._still, self._scene
         count, power = len(self._own.texel), np.asarray(light.irradiance, float)
         ways = paths(still, light, self._points, scene.eta, True)
         if ways is None:
-            return np.zeros((count, 3)), 0.0
+            return np.zeros((count, 3)), ()
         passed = float(ways.strength[0])
         e = passed * max(-(self._normal @ ways.arrives[:, 0]), 0.0)
         kept = np.exp(-np.asarray(scene.sigma_a) * ways.length.mean())
@@ -57,12 +57,11 @@ class OneFloor:
         light_there = (e * power * kept).mean()
         border = Border(light_there**2 * np.mean((share > 0) & (share < 1)), self._texel)
         each = np.full(self._points.shape[1], light_there)
-        off = doubt(still, light, ways, each, scene.eta, True, border)
         irradiance = np.empty((count, 3))
         irradiance[:] = e * power * kept
         part = np.flatnonzero(share < 1)
         irradiance[part] *= share[part, None]
-        return irradiance, off / len(each)
+        return irradiance, (Doubt(light, ways, each, scene.eta, True, border, 1 / len(each)),)
 
     def _shares(self, t):
         """How much (K,) of each texel lies in light that passes the water along t (3,)."""

@@ -15,14 +15,17 @@ _CELLS = 64, 1024  # along the longer side of the outline, at least and at most
 
 
 class Still:
-    """The plane nearest to a Water's vertices, by least squares.
+    """The plane nearest to a Water's vertices, by least squares, or that of a Level.
 
     frame (3,3): rows are two axes in it and its normal, upwards; origin (3,): a point on it; texel [m]: how finely the
     outline is to be known. Coordinates "in the plane" are frame (p - origin).
     """
 
-    def __init__(self, water, texel):
-        self.water, self._texel = water, texel
+    def __init__(self, water, texel, level=None):
+        self.water, self.texel = water, texel
+        if level is not None:
+            self.origin, self.frame, self.rim = level.origin, level.frame, level.rim
+            return
         self.origin = water.positions.mean(0)
         away = water.positions - self.origin
         axes = np.linalg.eigh(away.T @ away)[1]
@@ -40,6 +43,10 @@ class Still:
 
     @cached_property
     def rim(self):
+        """The `outline`, or the Level's."""
+        return self.outline()
+
+    def outline(self):
         """Ends (2,2,n), as end, axis, edge, of the outline's edges in the plane, counter-clockwise round the water.
 
         They are the edges without a neighbour; of a closed body of water, those between what faces up and what does
@@ -61,14 +68,14 @@ class Still:
         return ends[:, :, turn != 0]
 
     @cached_property
-    def _outline(self):
+    def _cells(self):
         """Share of cells (H,W) of a grid that is water, the grid's lowest corner (2,) and its cells' width [m]."""
         rim = self.rim
         low, high = rim.min((0, 2), initial=np.inf), rim.max((0, 2), initial=-np.inf)
         if not rim.size:
             return np.zeros((2, 2)), np.zeros(2), 1.0
         wide = (high - low).max()
-        cell = wide / np.clip(np.ceil(FINER * wide / self._texel), *_CELLS)
+        cell = wide / np.clip(np.ceil(FINER * wide / self.texel), *_CELLS)
         low = low - 1.5 * cell  # so that the first and the last cell are dry
         width, height = (np.ceil((high - low) / cell) + 2).astype(int)
         tail, head = (rim - low[:, None]) / cell
@@ -77,7 +84,7 @@ class Still:
 
     def covered(self, x, y):
         """Share (n,) of water round points of the plane."""
-        share, low, cell = self._outline
+        share, low, cell = self._cells
         height, width = share.shape
         at = [
             np.clip((v - start) / cell - 0.5, 0, side - 1.001) for v, start, side in zip((x, y), low, (width, height))
@@ -100,7 +107,7 @@ class Still:
 
     def cells(self):
         """Points (3,n) of the plane and areas (n,) [m^2] of water round them that make up all of it."""
-        share, low, cell = self._outline
+        share, low, cell = self._cells
         row, column = np.nonzero(share)
         x, y = np.stack([column + 0.5, row + 0.5]) * cell + low[:, None]
         return np.stack([x, y, np.zeros_like(x)]), share[row, column] * cell**2

@@ -18,6 +18,14 @@ _FLAT = 1e-5  # of the map's side: how far a receiver's corners may be from one 
 def one_plane(scene, texels):
     """The affine map (3,4) from the world to height [m] and texel coordinates of a scene that is one planar receiver
     with whole texels, all the water before its front and nothing in the way, else None; see `lander.texel_maps`."""
+    widest = floor_plane(scene, texels)
+    if widest is None:
+        return None
+    return widest if (scene.water.positions @ widest[0, :3] + widest[0, 3] > 0).all() else None
+
+
+def floor_plane(scene, texels):
+    """As `one_plane`, wherever the water is."""
     if len(scene.receivers) != 1 or scene.occluders or scene.casters:
         return None
     receiver, own = scene.receivers[0], texels[0]
@@ -27,8 +35,7 @@ def one_plane(scene, texels):
         widest = _common_map(part, own.resolution)
         if widest is None:
             return None
-    before = scene.water.positions @ widest[0, :3] + widest[0, 3] > 0
-    return widest if before.all() and own.whole[own.texel].all() else None
+    return widest if own.whole[own.texel].all() else None
 
 
 def _common_map(receiver, resolution):

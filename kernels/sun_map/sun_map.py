@@ -16,12 +16,12 @@ It leaves the image's profile free, here 1 - r^2, and the brightness, here such 
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 
 import numpy as np
 
-from ..flat.flat import combine, lights_of
+from ..flat.flat import StillLight, still_of
 from ..rays import MISS, Tracer
-from ..scene import Diagnostics
 from ..solution import answer, check_texels
 from ..status import Status
 
@@ -43,9 +43,11 @@ def solve(scene, texels, settings):
     """
     check_texels(scene, texels)
     start = time.perf_counter()
-    work = Diagnostics("sun_map", _REASON, left_out=list(_LEFT_OUT))
-    parts = lights_of(scene, texels, work)
-    irradiance, light, error = combine(parts, texels)
+    still = still_of(scene, texels)
+    under = StillLight.of(still, scene, texels)
+    work = replace(under.work, method="sun_map", reason=_REASON, left_out=list(_LEFT_OUT))
+    irradiance, error = under.irradiance, under.error(still) if still is not None else 0.0
+    light = irradiance @ np.full(3, 1 / 3)
     work.seconds["still water"] = time.perf_counter() - start
     start = time.perf_counter()
     if light.any():

@@ -16,12 +16,19 @@ def some_edges(triangles):
 
 def own_deviation(water, edges):
     """The mesh's own error of slope (n,) along edges (2,n), as far as normals and chords tell, and lengths (n,)."""
-    run = water.positions[edges[1]] - water.positions[edges[0]]
-    length = np.hypot(run[:, 0], run[:, 1])
-    normals = water.normals[edges]
-    rise = -(normals[:, :, :2] * run[:, :2]).sum(2) / np.where(normals[:, :, 2] == 0, np.inf, normals[:, :, 2])
-    off = np.abs(rise.mean(0) - run[:, 2]) / np.maximum(length, np.finfo(float).tiny)
-    return np.minimum(off, 1.0), length
+    slopes, chord, length = _along(water, edges)
+    return np.minimum(np.abs(slopes.mean(0) - chord), 1.0), length
+
+
+def _along(water, edges):
+    """Slopes (2,n) along edges (2,n) by the normals at both ends, those of the edges (n,) and their lengths (n,)."""
+    x, y, z = (np.take(water.positions, edges[1], axis=0) - np.take(water.positions, edges[0], axis=0)).T
+    length = np.sqrt(x * x + y * y)
+    inverse = 1 / np.maximum(length, np.finfo(float).tiny)
+    n = np.take(water.normals, edges, axis=0)
+    rise = n[..., 0] * x + n[..., 1] * y
+    up = n[..., 2]
+    return -rise / np.where(up == 0, np.inf, up) * inverse, z * inverse, length
 
 
 def rms(off, length):
@@ -34,10 +41,6 @@ def softened(water):
     """How much more the variance of the light is than the normals of a Water's vertices tell: as means of facets they
     are softer than the waves, by the more the fewer vertices a wave has. That shows in their deviation from the chords,
     over the differences between them."""
-    edges = some_edges(water.triangles)
-    off, length = own_deviation(water, edges)
-    run = water.positions[edges[1], :2] - water.positions[edges[0], :2]
-    normals = water.normals[edges]
-    slopes = -(normals[:, :, :2] * run).sum(2) / np.where(normals[:, :, 2] == 0, np.inf, normals[:, :, 2])
-    bent = (slopes[1] - slopes[0]) @ (slopes[1] - slopes[0])
-    return 1 + _SOFTENED * float((off * length) @ (off * length) / bent) if bent > 0 else 1.0
+    slopes, chord, length = _along(water, some_edges(water.triangles))
+    off, bent = np.minimum(np.abs(slopes.mean(0) - chord), 1.0) * length, (slopes[1] - slopes[0]) * length
+    return 1 + _SOFTENED * float(off @ off / (bent @ bent)) if bent.any() else 1.0

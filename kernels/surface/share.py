@@ -9,7 +9,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from ..scene import Scene, Settings
-from ..status import Status
 from .reconstruct import Need
 
 SHARE = 0.7  # of the tolerance, at most: its parts cost most, and half the error takes 1.4 times as many
@@ -52,13 +51,4 @@ class Surface:
         """The estimated error of a Solution over the mean square of its light, with the surface's; None where the
         method has none."""
         own = answer.diagnostics.estimated_error
-        return None if own is None else (own + self.error) / _power(answer) + self.planned
-
-
-def _power(answer):
-    """Mean square of a Solution's light over its squared mean."""
-    total, squares, count = 0.0, 0.0, 0
-    for image, status in zip(answer.images, answer.status, strict=True):
-        light = (image[..., 0] + image[..., 1] + image[..., 2])[status != Status.EMPTY]
-        total, squares, count = total + light.sum(), squares + light @ light, count + len(light)
-    return float(squares * count / total**2) if total > 0 else 1.0
+        return None if own is None else (own + self.error) / answer.power + self.planned

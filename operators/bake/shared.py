@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...kernels.sequence import unchanged
+from ...kernels.unchanged import unchanged
 from ..errors import DappleError
 
 

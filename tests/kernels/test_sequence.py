@@ -10,7 +10,8 @@ from waves import five_sines, floor, pool, quad, sun, water
 from dapple.kernels import methods
 from dapple.kernels.maps.texels import rasterise
 from dapple.kernels.scene import Occluder, Settings
-from dapple.kernels.sequence import Sequence, unchanged
+from dapple.kernels.sequence import Sequence
+from dapple.kernels.unchanged import unchanged
 
 
 class Counted:
