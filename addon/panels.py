@@ -6,8 +6,7 @@ import bpy
 
 from ..operators.bake.forecast import forecast, size
 from ..operators.buttons.choose import flagged_receivers
-from ..operators.read.density import resolution_for, side_in_metres
-from ..operators.read.find import name_of
+from ..operators.read.density import side_in_metres, size_for
 from ..operators.read.receivers import can_receive
 from ..operators.show import live
 
@@ -160,9 +159,14 @@ def wrapped(layout, context, text, icon="NONE"):
         column.label(text=line, icon=icon if number == 0 else "BLANK1" if icon != "NONE" else "NONE", translate=False)
 
 
+def _receivers(settings):
+    """Names of what is picked as receivers, or of what Cycles' flag marks."""
+    return settings.receivers.all_objects if settings.receivers else flagged_receivers(settings.id_data)
+
+
 def _draw_map(layout, settings, active):
     """Where the light of the active object is kept, if it is a receiver."""
-    if active and settings.receivers and active.name in settings.receivers.all_objects and can_receive(active):
+    if active and active.name in _receivers(settings) and can_receive(active):
         column = layout.column(heading=active.name)
         column.prop(active.dapple, "shared_map")
         if active.type == "MESH":
@@ -187,7 +191,7 @@ def _draw_density(column, settings, active):
         return
     split = column.split(factor=0.6)
     split.label(text="Texels per Metre")
-    resolution = settings.resolution
-    if settings.texels_per_metre:
-        resolution = resolution_for(settings.texels_per_metre, (name_of(active),)) or resolution
-    split.label(text=f"{resolution / side:.4g}", translate=False)
+    resolution, density = settings.resolution, settings.texels_per_metre
+    if density:
+        resolution = size_for(side, density, resolution)
+    split.label(text=f"{resolution / side:.4g} ({resolution} x {resolution})", translate=False)

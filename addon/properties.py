@@ -226,8 +226,8 @@ class DappleSettings(bpy.types.PropertyGroup):
     )
     texels_per_metre: FloatProperty(
         name="Texels per Metre",
-        description="The maps get as many texels as the receiver with the largest need takes for so many on each metre "
-        "of it. 0: they have the resolution that is set",
+        description="Each map gets as many texels as its receiver takes for so many on each metre of it, in steps of "
+        "16. 0: all have the resolution that is set",
         default=0.0,
         min=0.0,
         soft_max=1000.0,

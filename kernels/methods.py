@@ -12,6 +12,7 @@ from .caustic_map import caustic_map
 from .dispersion import etas, solve_channels
 from .flat import flat
 from .flat.known import Level
+from .maps.packed import packed
 from .plan.planner import planned
 from .plan.words import reason, told
 from .rays import SLOW
@@ -43,8 +44,10 @@ def prepare(scene, texels, settings):
     """The Anchor of an animation, found on one of its frames: a Scene and its Texels. Raises ValueError as `solve`."""
     check_settings(settings)
     check_scene(scene)
+    if sheets := packed(scene, texels):
+        scene, texels = sheets.scene, sheets.texels
     if settings.tile:
-        scene, _ = tile.widened(scene, settings.resolution)
+        scene, _ = tile.widened(scene, texels[0].resolution)
     scene, texels, settings, _ = _ready(scene, texels, settings)
     smoothing = prepared(scene.water) if settings.surface == "auto" else Smoothing()
     plan = planned(scene, texels, settings, smoothing) if _plans(settings) else None
@@ -53,11 +56,14 @@ def prepare(scene, texels, settings):
 
 
 def solve(scene, texels, settings, kept=None):
-    """The Solution of a Scene on Texels, one per receiver, by the method that `settings` asks for.
+    """The Solution of a Scene on Texels, one per receiver, each of its own resolution, by the method of `settings`.
 
     kept: a `Kept` with the Anchor of the frame's animation; without one the frame stands alone. Raises ValueError for a
     method, surface or term that does not exist, for an impossible dispersion and for what `sound_scene.py` refuses.
     """
+    if sheets := packed(scene, texels):
+        check_scene(scene)  # of what is too small: packed, it is not seen
+        return sheets.unpack(solve(sheets.scene, sheets.texels, settings, kept))
     if settings.tile:
         return tile.solve(lambda *wide: solve(*wide, kept), scene, texels, replace(settings, tile=False))
     kept, start, plan = kept or Kept(), time.perf_counter(), None

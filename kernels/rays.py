@@ -41,7 +41,7 @@ class Tracer:
         """Index (n,) of the first triangle that rays from origins (n,3) along directions (n,3) meet, MISS for none."""
         if not self.count or not len(origins):
             return np.full(len(origins), MISS, np.int32)
-        return self._scene.run(self._rounded(origins), np.ascontiguousarray(directions, np.float32))
+        return self._scene.run(self._rounded(origins), _single(directions))
 
     def blocked(self, origins, directions, distances=np.inf):
         """Whether (n,) a triangle lies within `distances` along unit directions from origins.
@@ -52,11 +52,18 @@ class Tracer:
             return np.zeros(len(origins), bool)
         far = np.broadcast_to(distances, len(origins)) * (1 - _SHORT_OF_LENGTH) - _SHORT_OF_EXTENT * self.extent
         far = np.clip(far, 0, _FAR).astype(np.float32)
-        directions = np.ascontiguousarray(directions, np.float32)
-        return self._scene.run(self._rounded(origins), directions, dists=far, query="OCCLUDED") != MISS
+        return self._scene.run(self._rounded(origins), _single(directions), dists=far, query="OCCLUDED") != MISS
 
     def _rounded(self, points):
-        return np.ascontiguousarray(points - self.centre, np.float32)
+        return _single(points, self.centre)
+
+
+def _single(vectors, less=(0.0, 0.0, 0.0)):
+    """Vectors (n,3), less another one, in single precision: by columns, which may be rows in memory."""
+    rounded = np.empty(vectors.shape, np.float32)
+    for k in range(3):
+        np.subtract(vectors[:, k], less[k], out=rounded[:, k], casting="same_kind")
+    return rounded
 
 
 def _scene(positions, triangles):

@@ -15,6 +15,7 @@ from .bake.bake import bake, request_from_scene
 from .chart import command as chart
 from .errors import DappleError
 from .maps.exr_file import is_whole
+from .read.density import resolution_for
 from .read.lightmap_uvs import supply
 
 _UNSAVED = (
@@ -40,13 +41,24 @@ def main(argv: list[str], peers=()) -> int:
     return 1
 
 
-def _bake(words):
-    """Bake, one line a frame; returns the exit code."""
+def _request(words):
+    """The BakeRequest of the scene's settings and the words that take their place."""
     request = request_from_scene(bpy.context.scene, words.water, words.receivers, words.frames, words.out)
     given = {key: getattr(words, key) for key in _SETTINGS}
     settings = replace(request.settings, **{key: value for key, value in given.items() if value is not None})
     workers = request.workers if words.workers is None else words.workers
-    request = replace(request, settings=settings, full=request.full or words.full_float, workers=workers)
+    density = 0.0 if words.resolution else request.density
+    if words.texels_per_metre is not None:
+        density = words.texels_per_metre
+        wanted = resolution_for(density, request.receivers) if density > 0 else None
+        settings = replace(settings, resolution=wanted or settings.resolution)
+    full = request.full or words.full_float
+    return replace(request, settings=settings, full=full, workers=workers, density=density)
+
+
+def _bake(words):
+    """Bake, one line a frame; returns the exit code."""
+    request = _request(words)
     made = supply(bpy.context, request)
     if made:
         print(f"dapple: {made} {_UNSAVED}", flush=True)
@@ -84,7 +96,9 @@ def _parser(peers):
     exactness = words.add_mutually_exclusive_group()
     exactness.add_argument("--tolerance", type=float, help="mean squared error over the mean square of the light")
     exactness.add_argument("--preset", type=_preset, dest="tolerance", help="tolerance of draft, preview or final")
-    words.add_argument("--resolution", type=int, help="texels along each side of a map")
+    fineness = words.add_mutually_exclusive_group()
+    fineness.add_argument("--resolution", type=int, help="texels along each side of a map")
+    fineness.add_argument("--texels-per-metre", type=float, help="the same by the size of each receiver; 0: none")
     words.add_argument("--bounces", type=int, help="surfaces that bend or mirror light on its way, at most")
     words.add_argument("--reuse", type=float, help="share of its light that a texel keeps from frame to frame; 0: none")
     words.add_argument("--tile", action="store_true", default=None, help="water and floor are one tile of many")

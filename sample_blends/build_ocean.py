@@ -104,6 +104,7 @@ def add_ocean():
     ocean.wave_scale, ocean.choppiness = 0.07, 0.6
     ocean.wave_alignment, ocean.wave_direction = 0.1, np.radians(35.0)
     ocean.random_seed = 7
+    ocean.filepath = "//cache_ocean"  # else it names a folder of this machine
     ocean.driver_add("time").driver.expression = f"(frame - 1) / {tools.FPS}"
     return water
 

@@ -20,7 +20,7 @@ def follow(where, origins, directions, word=None, bounces=6, mask=0, box=None, f
     surfaces = Surfaces(where, np.ones(3))
     directions = np.array(directions, float).T
     rays = Rays.of(np.array(origins, float).T, directions / np.linalg.norm(directions, axis=0), len(surfaces.sigma_a))
-    rays.mask = rays.mask + mask
+    rays.state = rays.state + surfaces.crossings.state(mask)
     codes = None if word is None else Codes([word])
     found = list(Follower(surfaces, bounces, faint, box).ends(rays, codes))
     columns = zip(*(vars(ended).values() for ended, _ in found), strict=True)

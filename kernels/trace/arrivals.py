@@ -69,6 +69,6 @@ class Arrivals:
         distance = np.where(np.isfinite(distance), np.maximum(distance, 0), 0.0)
         point = rays.origin + distance * rays.direction
         x, y = (np.clip(dot(v, point) + v[3], 0, self.side) for v in (x, y))
-        colour = self._surfaces.dimmed(rays.colour, self._surfaces.media.filling(rays.mask), distance)
+        colour = self._surfaces.dimmed(rays.colour, np.take(self._surfaces.crossings.medium, rays.state), distance)
         chart = np.where(fall < 0, np.take(self._charts, triangle), BACK)
         return Landed(at, rays.photon, rays.path, chart, x, y, colour, rays.way + distance)

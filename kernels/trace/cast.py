@@ -75,7 +75,7 @@ class Cast:
     def __init__(self, scene, light, texels, surfaces, box, settings):
         self.surfaces, self.texels, self.settings = surfaces, texels, settings
         self._lamp = None if isinstance(light, Sun) else np.asarray(light.position, float)
-        self._mask = 0 if self._lamp is None else surfaces.media.at(self._lamp)
+        self._state = 0 if self._lamp is None else surfaces.crossings.state(surfaces.media.at(self._lamp))
         self.channels, self.arrivals = len(surfaces.sigma_a), Arrivals(scene.receivers, texels, surfaces)
         self.follower = Follower(surfaces, settings.bounces, _FAINT * settings.tolerance, box)
         soups = [c.positions[c.triangles] for c in scene.casters]
@@ -118,7 +118,7 @@ class Cast:
         towards, _, met = self.water.source.incident(m)
         direction = -np.broadcast_to(towards, m.shape)
         origin = m if self._lamp is None else np.broadcast_to(self._lamp[:, None], m.shape)
-        return Rays.of(origin, direction, self.channels, self._mask), np.broadcast_to(met, m.shape[1])
+        return Rays.of(origin, direction, self.channels, self._state), np.broadcast_to(met, m.shape[1])
 
     def met(self, m):
         """What meets points m (3,k) of the entry, over the power."""

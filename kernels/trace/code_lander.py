@@ -119,15 +119,33 @@ def _none(rows):
 
 
 def _alike(m):
-    """The first (u,) of points m (3,k) that are the same, in order, and which (k,) of these each one is."""
-    mixed = np.zeros(m.shape[1], np.uint64)
+    """One of each of the points m (3,k) that are the same, (u,), those near each other in a row, so that their rays
+    meet the same, and which (k,) of these each one is."""
+    key = np.zeros(m.shape[1], np.uint64)
     for row in m:
-        mixed ^= np.ascontiguousarray(row).view(np.uint64)
-        mixed ^= mixed >> np.uint64(32)
-        mixed *= np.uint64(0x9E3779B97F4A7C15)
-        mixed ^= mixed >> np.uint64(29)
-    _, first, own = np.unique(mixed, return_index=True, return_inverse=True)
-    order = np.argsort(first)
-    rank = np.empty_like(order)
-    rank[order] = np.arange(len(order))
-    return first[order], rank[own]
+        key ^= np.ascontiguousarray(row).view(np.uint64)
+        key ^= key >> np.uint64(32)
+        key *= np.uint64(0x9E3779B97F4A7C15)
+        key ^= key >> np.uint64(29)
+    key >>= np.uint64(_PLACE)
+    key |= _place(m) << np.uint64(64 - _PLACE)
+    order = np.argsort(key)
+    ordered = key[order]
+    new = np.concatenate([[True], ordered[1:] != ordered[:-1]])[: len(key)]
+    own = np.empty(len(key), np.int64)
+    own[order] = np.cumsum(new) - 1
+    return order[new], own
+
+
+def _place(m):
+    """Numbers (k,) of _PLACE bits of the places of points m (3,k), along Morton's curve."""
+    if not m.size:
+        return np.zeros(0, np.uint64)
+    low, extent = m.min(1)[:, None], np.ptp(m, axis=1).max()
+    cell = ((m - low) * (255 / extent if extent > _POINT else 0.0)).astype(np.int64)
+    return sum(np.take(_SPREAD << np.uint64(k), cell[k]) for k in range(3))
+
+
+_PLACE = 24  # eight bits for each axis
+_POINT = 1e-200  # m: what is no larger is one place
+_SPREAD = sum(((np.arange(256) >> k & 1) << 3 * k for k in range(8)), np.int64(0)).astype(np.uint64)  # bits, apart

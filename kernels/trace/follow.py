@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .meeting import Meeting
+from .picks import ALL, chosen, pick, some
 
 _STRAIGHT = 8  # surfaces that change nothing, at most, beyond those that count
 BEYOND, FAINT, CULLED, BLOCKED = -2, -3, -4, -5  # in place of a triangle, as MISS
@@ -19,7 +20,7 @@ BEYOND, FAINT, CULLED, BLOCKED = -2, -3, -4, -5  # in place of a triangle, as MI
 @dataclass
 class Rays:
     """k rays: photon (k,) that each is of; origin, direction (3,k), and where the cast starts, start (3,k); share (k,)
-    of the photon by Fresnel alone; colour (C,k) what is left of that in each channel; mask (k,) media that it is in;
+    of the photon by Fresnel alone; colour (C,k) what is left of that in each channel; state (k,) of `Crossings`;
     code (k,), or its node where Codes are asked for, and want (k,) which of them; path (k,) a number for the smooth
     patches that it met; met (k,) how many surfaces; cast (k,) bool whether one was a caster; out (k,) bool whether it
     left the volume; way (k,) [m] gone since the origin it began with; astray (k,) 1 + the last triangle at which it
@@ -31,7 +32,7 @@ class Rays:
     start: np.ndarray
     share: np.ndarray
     colour: np.ndarray
-    mask: np.ndarray
+    state: np.ndarray
     code: np.ndarray
     want: np.ndarray
     path: np.ndarray
@@ -42,16 +43,18 @@ class Rays:
     astray: np.ndarray
 
     @classmethod
-    def of(cls, origin, direction, channels, mask=0):
-        """One ray a photon, in the media of a mask, else in air."""
+    def of(cls, origin, direction, channels, state=0):
+        """One ray a photon, in a state of `Crossings`, else in air."""
         count = direction.shape[1]
         none, no = np.zeros(count, np.int64), np.zeros(count, bool)
         whole, way = (np.ones(count), np.ones((channels, count))), np.zeros(count)
         index = np.arange(count)
-        return cls(index, origin, direction, origin, *whole, none + mask, none + 1, none, none, none, no, no, way, none)
+        words = none + state, none + 1, none, none, none
+        return cls(index, origin, direction, origin, *whole, *words, no, no, way, none)
 
     def take(self, index):
-        return Rays(*(np.take(a, index, axis=-1) for a in vars(self).values()))
+        """The Rays of a part, see `picks`."""
+        return self if index is ALL else Rays(*(pick(a, index) for a in vars(self).values()))
 
 
 class Follower:
@@ -73,7 +76,7 @@ class Follower:
         if codes is not None:
             want = np.full_like(rays.code, codes.every()) if want is None else want
             rays = replace(rays, code=np.zeros_like(rays.code), want=want)
-        for _ in range(self.bounces + _STRAIGHT + 1):
+        for step in range(self.bounces + _STRAIGHT + 1):
             if not len(rays.photon):
                 return
             self.cast += len(rays.photon)
@@ -81,17 +84,20 @@ class Follower:
             final = end < self.surfaces.solid
             if self.box is not None:
                 self._bound(rays, end, final)
-            beyond = ~final & (rays.met >= self.bounces)
-            end[beyond] = BEYOND
-            final |= beyond
-            yield from _told(rays, np.flatnonzero(final), end, codes)
-            at = np.flatnonzero(~final)
+            if step >= self.bounces:
+                beyond = ~final & (rays.met >= self.bounces)
+                end[beyond] = BEYOND
+                final |= beyond
+            yield from _told(rays, final, end, codes)
+            at = chosen(~final)
+            if not some(at):
+                return
             rays = Meeting(self.surfaces, rays, at, end[at]).leave(codes)
             weak = rays.share * rays.colour.max(0) <= self.faint
             if weak.any():
-                yield from _told(rays, np.flatnonzero(weak), np.full(len(weak), FAINT), codes)
+                yield from _told(rays, weak & (rays.share > 0), np.full(len(weak), FAINT), codes)
                 rays = rays.take(np.flatnonzero(~weak))
-        yield from _told(rays, np.arange(len(rays.photon)), np.full(len(rays.photon), BEYOND), codes)
+        yield from _told(rays, np.ones(len(rays.photon), bool), np.full(len(rays.photon), BEYOND), codes)
 
     def _bound(self, rays, end, final):
         """Change what Rays end on (k,), and whether they do (k,), where they leave the box or casters lie outside.
@@ -111,14 +117,21 @@ class Follower:
         at = np.flatnonzero(caster)
         if not self._within and len(at):
             origin, direction = (np.take(v, at, axis=1) for v in (rays.origin, rays.direction))
-            outside = at[rays.out[at] | ~self.box.contains(self.surfaces.point(origin, direction, end[at])[0])]
+            outside = at[rays.out[at] | ~self.box.contains(self._reached(origin, direction, end[at]))]
             end[outside], final[outside] = BLOCKED, True
 
+    def _reached(self, origin, direction, triangle):
+        """Where (3,k) rays meet bending triangles (k,)."""
+        return self.surfaces.met(origin, direction, triangle.astype(np.int64) - self.surfaces.solid)[0]
 
-def _told(rays, at, end, codes):
-    """What `Follower.ends` yields of the rays `at`."""
-    at = at[rays.cast[at] & (rays.share[at] > 0)]
+
+def _told(rays, ended, end, codes):
+    """What `Follower.ends` yields of the rays that ended (k,)."""
+    if not ended.any():
+        return
+    ended = ended & rays.cast
     if codes is not None:
-        at = at[np.take(codes.own, rays.code[at]) & rays.want[at] != 0]
-    if len(at):
+        ended &= np.take(codes.own, rays.code) & rays.want != 0
+    at = chosen(ended)
+    if some(at):
         yield rays.take(at), end[at]

@@ -25,11 +25,13 @@ def schlick(cos_i, f0, f90):
     return f0 + (f90 - f0) * (1 - cos_i) ** 5
 
 
-def refracted(direction, normal, cos_i, cos_t, ratio):
-    """Directions (3,k) of what passes; normal (3,k) unit, against the direction (3,k)."""
-    return ratio * direction + (ratio * cos_i - cos_t) * normal
+def refracted(direction, normal, cos_i, cos_t, ratio, side=1.0):
+    """Directions (3,k) of what passes; normal (3,k) unit, times side (k,), 1 or -1, against the direction (3,k)."""
+    bent = ratio * direction
+    bent += ((ratio * cos_i - cos_t) * side) * normal
+    return bent
 
 
-def reflected(direction, normal, cos_i):
-    """Directions (3,k) of what is turned back; normal (3,k) as in `refracted`."""
-    return direction + 2 * cos_i * normal
+def reflected(direction, normal, cos_i, side=1.0):
+    """Directions (3,k) of what is turned back; normal (3,k) and side as in `refracted`."""
+    return direction + (2 * cos_i * side) * normal

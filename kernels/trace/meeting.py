@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from ..optics import dot
+from .crossings import CHOICE, MIRROR, STRAIGHT
 from .interface import fresnel, reflected, refracted, schlick
+from .picks import chosen, indices, pick, some, within
 
 _MIX = 0x1E3779B97F4A7C15  # odd: its products spread over all bits
 _GRAZING = 1e-9  # cosine of incidence, at least
@@ -13,94 +15,129 @@ _LEAST = 1e-4  # cosine at which light leaves a facet, at least, though its norm
 
 
 class Meeting:
-    """Rays `at` (k,) of Rays where they meet bending triangles (k,) of Surfaces."""
+    """Rays `at`, see `picks`, of Rays where they meet bending triangles (k,) of Surfaces."""
 
     def __init__(self, surfaces, rays, at, triangle):
-        self._surfaces, self._rays, self._at, self._triangle = surfaces, rays, at, triangle
-        self._direction, mask = np.take(rays.direction, at, axis=1), np.take(rays.mask, at)
-        self._point, self._distance, facet, fall = surfaces.point(
-            np.take(rays.origin, at, axis=1), self._direction, triangle
-        )
+        self._surfaces, self._rays, self._at, self._count = surfaces, rays, at, len(triangle)
+        self._triangle = triangle.astype(np.int64) - surfaces.solid
+        self._direction = pick(rays.direction, at)
+        met = surfaces.met(pick(rays.origin, at), self._direction, self._triangle)
+        self._point, self._distance, self._facet, normal, fall = met
         enters = fall < 0
-        self._material = np.take(surfaces.material, triangle - surfaces.solid)
-        unit, media = np.take(surfaces.unit, self._material), surfaces.media
-        self._turned_mask, self._passed_mask, self._wrong = media.crossed(mask, unit, enters)
-        self._before, after = media.filling(self._turned_mask), media.filling(self._passed_mask)
-        self._mirror = unit == 0
-        self._straight = (self._before == after) & ~self._mirror
-        self._ratio = np.take(surfaces.eta, self._before) / np.take(surfaces.eta, after)
-        against = np.where(enters, 1.0, -1.0)
-        self._facet, self._normal = facet * against, surfaces.normal(triangle, self._point) * against
+        self._side = 1.0 - 2.0 * ~enters  # of the facet, to which light comes
+        self._twice = np.take(surfaces.twice, self._triangle)
+        self._key = surfaces.crossings.key(pick(rays.state, at), self._twice, enters)
+        self._kind = np.take(surfaces.crossings.kind, self._key)
+        self._odd = self._kind.any()  # else light may go both ways everywhere
         # Where a facet is seen whose normal looks away, light grazes what the mesh samples: all of it goes straight on.
-        self._cos_i = np.clip(-dot(self._normal, self._direction), _GRAZING, 1)
+        self._normal = normal
+        self._cos_i = np.clip(-self._side * dot(normal, self._direction), _GRAZING, 1)
 
     def leave(self, codes=None):
         """The Rays that leave; of Codes, those that are still on their way to one that they ask for."""
-        code = np.take(self._rays.code, self._at)
-        passes, turns, choice = ~self._mirror, ~self._straight, ~self._mirror & ~self._straight
-        if codes is not None:
-            want = np.take(self._rays.want, self._at)
-            passes &= ~choice | codes.leads(1, code, want)
-            turns &= ~choice | codes.leads(0, code, want)
-        passed, turned = np.flatnonzero(passes), np.flatnonzero(turns)
-        both = np.concatenate([passed, turned])
+        code = pick(self._rays.code, self._at)
+        self._ratio = np.take(self._surfaces.crossings.ratio, self._key)
         cos_t, share = fresnel(self._cos_i, self._ratio)
+        passed, turned = self._branches(code, codes, cos_t)
         parts = self._passed(passed, cos_t, share, code, codes), self._turned(turned, share, code, codes)
-        joined = (np.concatenate(pair, axis=-1) for pair in zip(*parts, strict=True))
-        return self._gone(both, *joined)
+        if not some(turned):
+            return self._gone(passed, *parts[0])
+        if not some(passed):
+            return self._gone(turned, *parts[1])
+        both = np.concatenate([indices(part, self._count) for part in (passed, turned)])
+        return self._gone(both, *(None if a is None else np.concatenate([a, b], -1) for a, b in zip(*parts)))
+
+    def _branches(self, code, codes, cos_t):
+        """Which of them pass, and which are turned back; where none is refracted, nothing passes."""
+        passes, turns = cos_t > 0, np.ones(self._count, bool)
+        if codes is not None:
+            want = pick(self._rays.want, self._at)
+            passes &= codes.leads(1, code, want)
+            turns = codes.leads(0, code, want)
+        if self._odd:
+            passes = np.where(self._kind == CHOICE, passes, self._kind == STRAIGHT)
+            turns = np.where(self._kind == CHOICE, turns, self._kind == MIRROR)
+        return chosen(passes), chosen(turns)
 
     def _passed(self, at, cos_t, share, code, codes):
-        """Of what passes of those `at`: directions, where they start, shares over those before, tints, masks, codes."""
-        surfaces, straight = self._surfaces, np.take(self._straight, at)
-        normal, direction, facet = (np.take(v, at, axis=1) for v in (self._normal, self._direction, self._facet))
-        cos_i, cos_t, ratio, share, code = (np.take(v, at) for v in (self._cos_i, cos_t, self._ratio, share, code))
-        bent = _on_its_side(refracted(direction, normal, cos_i, cos_t, ratio), -facet)
-        tint, after = np.take(surfaces.transmits, np.take(self._material, at), axis=1), _next(codes, 1, code)
+        """Of what passes of those `at`: directions, where they start, shares over those before, tints, states, codes;
+        tints are None where they change nothing."""
+        surfaces = self._surfaces
+        normal, direction, facet, point = (
+            pick(v, at) for v in (self._normal, self._direction, self._facet, self._point)
+        )
+        cos_i, cos_t, ratio, share, code, side = (
+            pick(v, at) for v in (self._cos_i, cos_t, self._ratio, share, code, self._side)
+        )
+        bent = _on_its_side(refracted(direction, normal, cos_i, cos_t, ratio, side), facet, -side)
+        tint, after = self._tint(surfaces.transmits, at), _next(codes, 1, code)
         share = 1 - share
-        if straight.any():
+        if self._odd:
+            straight = pick(self._kind, at) == STRAIGHT
             bent, tint = np.where(straight, direction, bent), np.where(straight, 1.0, tint)
             share, after = np.where(straight, 1.0, share), np.where(straight, code, after)
-        start = np.take(self._point, at, axis=1) - surfaces.off * facet
-        return bent, start, share, tint, np.take(self._passed_mask, at), after
+        start = point - (surfaces.off * side) * facet
+        state = np.take(surfaces.crossings.passed, pick(self._key, at))
+        return bent, start, share, tint, state, after
 
     def _turned(self, at, share, code, codes):
         """As `_passed`, of what interfaces turn back and mirrors reflect."""
-        surfaces, mirror, material = self._surfaces, np.take(self._mirror, at), np.take(self._material, at)
-        normal, direction, facet = (np.take(v, at, axis=1) for v in (self._normal, self._direction, self._facet))
-        cos_i, share, code = (np.take(v, at) for v in (self._cos_i, share, code))
-        tint, after = np.take(surfaces.reflects, material, axis=1), _next(codes, 0, code)
-        if mirror.any():
+        surfaces = self._surfaces
+        normal, direction, facet, point = (
+            pick(v, at) for v in (self._normal, self._direction, self._facet, self._point)
+        )
+        cos_i, share, code, side = (pick(v, at) for v in (self._cos_i, share, code, self._side))
+        tint, after = self._tint(surfaces.reflects, at), _next(codes, 0, code)
+        if self._odd:
+            mirror, material = pick(self._kind, at) == MIRROR, pick(self._twice, at) // 2
             f0, f90 = (np.take(v, material, axis=1) for v in (surfaces.f0, surfaces.f90))
             tint = np.where(mirror, schlick(cos_i, f0, f90), tint)
             share, after = np.where(mirror, 1.0, share), np.where(mirror, code, after)
-        start = np.take(self._point, at, axis=1) + surfaces.off * facet
-        direction = _on_its_side(reflected(direction, normal, cos_i), facet)
-        return direction, start, share, tint, np.take(self._turned_mask, at), after
+        start = point + (surfaces.off * side) * facet
+        direction = _on_its_side(reflected(direction, normal, cos_i, side), facet, side)
+        state = np.take(surfaces.crossings.turned, pick(self._key, at))
+        return direction, start, share, tint, state, after
 
-    def _gone(self, both, direction, start, share, tint, mask, code):
-        """The Rays that leave, of those `both` (k,) that meet, with what changes on the way."""
-        rays, surfaces = self._rays, self._surfaces
-        old, triangle, counts = (np.take(v, both) for v in (self._at, self._triangle, ~self._straight))
-        distance = np.take(self._distance, both)
-        path = np.take(rays.path, old)
-        met_patch = (path + np.take(surfaces.patch, triangle - surfaces.solid) + 1) * _MIX
-        colour = surfaces.dimmed(np.take(rays.colour, old, axis=1), np.take(self._before, both), distance)
+    def _tint(self, colours, at):
+        """Of colours (C,materials) those (C,k) of the materials of those `at`, or None where nothing has one."""
+        if not (self._surfaces.tinted or self._odd):
+            return None
+        return np.take(colours, pick(self._twice, at) // 2, axis=1)
+
+    def _gone(self, both, direction, start, share, tint, state, code):
+        """The Rays that leave, of those `both` that meet, with what changes on the way."""
+        rays, surfaces, old = self._rays, self._surfaces, within(self._at, both)
+        triangle, key = pick(self._triangle, both), pick(self._key, both)
+        distance, path = pick(self._distance, both), pick(rays.path, old)
+        met_patch = path + np.take(surfaces.patch, triangle)
+        met_patch += 1
+        met_patch *= _MIX
+        counts = True
+        if self._odd:
+            counts = pick(self._kind, both) != STRAIGHT
+            met_patch = np.where(counts, met_patch, path)
+        colour = pick(rays.colour, old)
+        if surfaces.absorbing:
+            colour = surfaces.dimmed(colour, np.take(surfaces.crossings.before, key), distance)
+        wrong, astray = np.take(surfaces.crossings.wrong, key), pick(rays.astray, old)
+        if wrong.any():
+            astray = np.where(wrong, triangle + surfaces.solid + 1, astray)
         return type(rays)(
-            photon=np.take(rays.photon, old),
-            origin=np.take(self._point, both, axis=1),
+            photon=pick(rays.photon, old),
+            origin=pick(self._point, both),
             direction=direction,
             start=start,
-            share=np.take(rays.share, old) * share,
-            colour=colour * tint,
-            mask=mask,
+            share=pick(rays.share, old) * share,
+            colour=colour if tint is None else colour * tint,
+            state=state,
             code=code,
-            want=np.take(rays.want, old),
-            path=np.where(counts, met_patch, path),
-            met=np.take(rays.met, old) + counts,
-            cast=np.take(rays.cast, old) | (triangle < surfaces.water),
-            out=np.take(rays.out, old),
-            way=np.take(rays.way, old) + distance,
-            astray=np.where(np.take(self._wrong, both), triangle + 1, np.take(rays.astray, old)),
+            want=pick(rays.want, old),
+            path=met_patch,
+            met=pick(rays.met, old) + counts,
+            cast=pick(rays.cast, old) | (triangle < surfaces.water - surfaces.solid),
+            out=pick(rays.out, old),
+            way=pick(rays.way, old) + distance,
+            astray=astray,
         )
 
 
@@ -109,11 +146,12 @@ def _next(codes, turn, code):
     return 2 * code + turn if codes is None else np.take(codes.step[turn], code)
 
 
-def _on_its_side(direction, facet):
-    """Unit directions (3,k), those that do not leave facets (3,k) on their side brought to graze them there."""
-    along = dot(direction, facet)
-    low = np.flatnonzero(along < _LEAST)
-    if len(low):
-        d = direction[:, low] + (_LEAST - along[low]) * facet[:, low]
+def _on_its_side(direction, facet, side):
+    """Unit directions (3,k), those that do not leave facets (3,k) on one side, 1 or -1 (k,), brought to graze them
+    there."""
+    along = side * dot(direction, facet)
+    if along.min(initial=1.0) < _LEAST:
+        low = np.flatnonzero(along < _LEAST)
+        d = direction[:, low] + (_LEAST - along[low]) * (side[low] * facet[:, low])
         direction[:, low] = d / np.sqrt(dot(d, d))
     return direction

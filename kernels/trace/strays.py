@@ -20,7 +20,8 @@ class Strays:
 
     def __init__(self, scene, surfaces):
         sizes = [len(mesh.triangles) for mesh in (*scene.casters, scene.water)]
-        self._ends, self._bounded = surfaces.solid + np.cumsum(sizes), surfaces.media.bounded
+        self._ends, self._crossings = surfaces.solid + np.cumsum(sizes), surfaces.crossings
+        self._bounded = surfaces.media.bounded
         self.flux, self.out, self.within = 0.0, np.zeros(len(sizes)), 0.0
 
     def add(self, rays, end, flux):
@@ -30,7 +31,8 @@ class Strays:
         if astray.any():
             mesh = np.searchsorted(self._ends, rays.astray[astray] - 1, "right")
             self.out += np.bincount(mesh, flux[astray], len(self.out))
-        self.within += flux[(end == MISS) & (rays.mask & self._bounded > 0) & ~astray].sum()
+        inside = np.take(self._crossings.masks, rays.state) & self._bounded > 0
+        self.within += flux[(end == MISS) & inside & ~astray].sum()
 
 
 def odd(scene, books):

@@ -13,6 +13,7 @@ from ..casters import Glass
 from ..maps.charts import patches
 from ..optics import dot
 from ..rays import Tracer, soup
+from .crossings import Crossings
 from .media import Media, outside
 
 _OFF = 2e-6  # of the extent: how far off a surface rays start, so that float32 does not find what they leave
@@ -24,9 +25,9 @@ class Surfaces:
     """The Scene as rays meet it; channels (3,): the row of what a ray carries for each of red, green and blue.
 
     receiving, solid: how many triangles belong to receivers, and to all that ends rays; water: from which one on they
-    are water. media: the Media; eta (media,), sigma_a (C,media); material (T,) of bending triangles, and of materials,
-    which differ also by the class of media that they bound: unit, see `media.Media`; reflects, transmits, f0, f90
-    (C,materials).
+    are water. media: the Media, and crossings: the Crossings; sigma_a (C,media), and absorbing: whether any does; twice
+    (T,) the material of bending triangles, and of materials, which differ also by the class of media that they bound:
+    reflects, transmits, f0, f90 (C,materials); tinted: whether any interface is.
     """
 
     def __init__(self, scene, power):
@@ -55,9 +56,9 @@ class Surfaces:
         keys = list(zip(map(_key, found), self.media.classes.tolist(), strict=True))
         unique = dict(zip(keys, found, strict=True))
         numbers = {key: k for k, key in enumerate(unique)}
-        self.material = np.repeat([numbers[key] for key in keys], sizes)
-        self.unit = self.media.units(np.array([k for _, k in unique]))
-        self.eta, materials = self.media.eta, list(unique.values())
+        self.twice = np.repeat([2 * numbers[key] for key in keys], sizes)
+        self.crossings = Crossings(self.media, self.media.units(np.array([k for _, k in unique])))
+        materials = list(unique.values())
         colours = [
             self.media.sigma_a,
             *(np.stack([_colour(m, name) for m in materials]) for name in ("reflects", "transmits", "f0", "f90")),
@@ -69,7 +70,8 @@ class Surfaces:
         self.channels = self.channels.reshape(-1)
         cuts = np.cumsum([len(c) for c in colours])[:-1]
         self.sigma_a, self.reflects, self.transmits, self.f0, self.f90 = (p.T for p in np.split(rows, cuts))
-        self._absorbing = bool(self.sigma_a.any())
+        self.absorbing = bool(self.sigma_a.any())
+        self.tinted = bool((self.reflects != 1).any() or (self.transmits != 1).any())
 
     def lie_in(self, box):
         """Whether all that bends light but water lies in a convex `volume.Box`, and there is no water."""
@@ -79,15 +81,23 @@ class Surfaces:
         """The first triangle (k,) that Rays meet, MISS for none."""
         return self.tracer.first(rays.start.T, rays.direction.T)
 
-    def point(self, origin, direction, triangle):
-        """Where rays from origins along directions (3,k) meet bending triangles (k,): points (3,k), distances (k,),
-        unit normals (3,k) out of what the surfaces enclose, and their products (k,) with the directions."""
-        plane = np.take(self._table[:4], triangle - self.solid, axis=1)
-        facet = plane[:3]
+    def met(self, origin, direction, triangle):
+        """Where rays from origins along directions (3,k) meet bending triangles (k,), numbered from 0: points (3,k),
+        distances (k,), facets' unit normals (3,k) out of what they enclose, the shading's, and the products (k,) of the
+        first with the directions."""
+        rows = np.take(self._table, triangle, axis=1, mode="clip")
+        facet = rows[:3]
         fall = dot(facet, direction)
-        distance = -(dot(facet, origin) + plane[3]) / np.where(fall == 0, np.inf, fall)
-        distance = np.maximum(distance, 0)
-        return origin + distance * direction, distance, facet, fall
+        distance = dot(facet, origin)
+        distance += rows[3]
+        distance /= np.where(fall == 0, -np.inf, -fall)
+        np.maximum(distance, 0, out=distance)
+        point = distance * direction
+        point += origin
+        normal = np.stack([dot(rows[k : k + 3], point) for k in _ROWS])
+        normal += rows[7::4]
+        normal /= np.sqrt(np.maximum(dot(normal, normal), _TINY))
+        return point, distance, facet, normal, fall
 
     def distance(self, origin, direction, end):
         """How far (k,) rays from origins along directions (3,k) go to the triangles that they meet, `end` (k,); inf
@@ -102,20 +112,12 @@ class Surfaces:
 
     def dimmed(self, colour, medium, distance):
         """What is left of colour (C,k) after distance (k,) [m] in media (k,)."""
-        if not self._absorbing:
+        if not self.absorbing:
             return colour
         return colour * np.exp(-np.take(self.sigma_a, medium, axis=1) * distance)
 
-    def normal(self, triangle, point):
-        """Normals (3,k), interpolated, unit, at points (3,k) of bending triangles."""
-        rows = [np.take(row, triangle - self.solid) for row in self._table[4:]]
-        n = np.stack(
-            [rows[k] * point[0] + rows[k + 1] * point[1] + rows[k + 2] * point[2] + rows[k + 3] for k in _ROWS]
-        )
-        return n / np.sqrt(np.maximum(dot(n, n), _TINY))
 
-
-_ROWS = 0, 4, 8
+_ROWS = 4, 8, 12  # of the table, where those of the normal's map start
 
 
 def _key(material):

@@ -25,7 +25,8 @@ class BakeRequest:
     """What to bake, by the names of mesh objects, of water none where something else casts; out: folder of the maps and
     of bake.json; volume: what bounds the work of the casters, if anything; full: maps in float32, not half floats;
     workers: how many processes solve at once, 0 for as many as cores and memory allow; anchor: the frame that the
-    others are made to fit, None for the first; see `kernels.anchor`."""
+    others are made to fit, None for the first, see `kernels.anchor`; density: texels on a metre of each receiver, 0
+    where all maps have the resolution of the settings."""
 
     water: tuple[str, ...]
     receivers: tuple[str, ...]
@@ -36,6 +37,7 @@ class BakeRequest:
     full: bool = False
     workers: int = 0
     anchor: int | None = None
+    density: float = 0.0
 
 
 def request_from_scene(scene, water=None, receivers=None, frames=None, out=None) -> BakeRequest:
@@ -51,11 +53,12 @@ def request_from_scene(scene, water=None, receivers=None, frames=None, out=None)
     settings = replace(settings, reuse=float(f"{chosen.reuse:.6g}"), tile=chosen.tile)
     water = water or water_names(scene)
     receivers = receivers or receiver_names(scene, water)
-    wanted = resolution_for(chosen.texels_per_metre, receivers) if chosen.texels_per_metre else None
+    density = float(f"{chosen.texels_per_metre:.6g}")
+    wanted = resolution_for(density, receivers) if density else None
     settings = replace(settings, resolution=wanted or settings.resolution)
     out = Path(out or output_folder(chosen.output))
     frames, full, anchor = frames or _frames(scene), chosen.depth == "FULL", _range(scene)[0]
-    return BakeRequest(water, receivers, frames, out, settings, _volume(chosen), full, chosen.workers, anchor)
+    return BakeRequest(water, receivers, frames, out, settings, _volume(chosen), full, chosen.workers, anchor, density)
 
 
 def bake(context, request: BakeRequest, previews: Path | None = None, wait: float | None = None):
@@ -91,6 +94,8 @@ def check(request):
     resolution = request.settings.resolution
     if not LEAST_RESOLUTION <= resolution <= MOST_RESOLUTION:
         raise DappleError(f"A resolution of {resolution} is out of range; set {LEAST_RESOLUTION} to {MOST_RESOLUTION}.")
+    if not 0 <= request.density < float("inf"):
+        raise DappleError(f"{request.density:g} texels per metre are out of range; set more than 0, or 0 for none.")
     if not request.settings.tolerance > 0:
         raise DappleError(
             f"A tolerance of {request.settings.tolerance:g} cannot be met; set one above 0, such as 0.01."

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 from ...kernels.scene import Settings
-from ..read.receivers import can_receive
+from ..buttons.choose import flagged_receivers
+from ..read.density import side_in_metres, size_for
+from ..read.receivers import can_receive, map_name
 from .memory import count_workers, memory_per_worker
+
+_FEW = 20  # receivers: panels are drawn many times a second
 
 
 def forecast(scene, view_layer):
@@ -12,11 +16,22 @@ def forecast(scene, view_layer):
     chosen = scene.dapple
     holder = scene if chosen.use_scene_range else chosen
     settings = Settings(tolerance=chosen.tolerance, resolution=chosen.resolution, surface=chosen.surface)
-    receivers = [o for o in chosen.receivers.all_objects if can_receive(o)] if chosen.receivers else []
-    maps = max(1, len({o.dapple.shared_map.strip() or o.name for o in receivers if o != chosen.water}))
-    each = memory_per_worker(_triangles(chosen.water, view_layer.depsgraph), maps, settings)
+    flagged = [scene.objects[name] for name in flagged_receivers(scene)]
+    receivers = [o for o in chosen.receivers.all_objects if can_receive(o)] if chosen.receivers else flagged
+    maps = {map_name(o): o for o in receivers if o != chosen.water}
+    each = memory_per_worker(_triangles(chosen.water, view_layer.depsgraph), _sizes(chosen, maps.values()), settings)
     workers = 1 if chosen.reuse else count_workers(chosen.workers, holder.frame_end - holder.frame_start + 1, each)
     return workers, each
+
+
+def _sizes(chosen, receivers):
+    """How many texels a side the maps of receivers have; of many some are looked at, for the rest."""
+    count = max(1, len(receivers))
+    if not chosen.texels_per_metre:
+        return (chosen.resolution,) * count
+    few = [o for o in receivers if o.type == "MESH"][:_FEW]
+    found = [size_for(side_in_metres(o), chosen.texels_per_metre, chosen.resolution) for o in few]
+    return tuple((found or [chosen.resolution]) * -(-count // max(len(found), 1)))[:count]
 
 
 def size(count):

@@ -6,6 +6,8 @@ import os
 import sys
 from pathlib import Path
 
+from ...kernels.maps.packed import count_sheets
+
 # Fitted to what tests/bench/bench_workers.py measures: bytes of a worker without a frame, for each texel, and for each
 # triangle.
 _BASE, _TEXEL, _TRIANGLE = 60e6, 270.0, 650.0
@@ -13,13 +15,13 @@ _FINER = 58.0  # triangles of the smooth water, times the square root of texels 
 _SHARE = 0.8  # of the memory that is free
 
 
-def memory_per_worker(triangles, maps, settings):
-    """About how many bytes a worker takes at its peak, for water and casters of so many triangles and so many maps.
+def memory_per_worker(triangles, sizes, settings):
+    """About how many bytes a worker takes at its peak, for water and casters of so many triangles and maps of `sizes`.
 
     The smooth water gets as many triangles as texels and tolerance ask for. Light is summed in blocks, which take the
     same for all.
     """
-    texels = settings.resolution**2
+    texels, maps = max(sizes, default=0) ** 2, count_sheets(sizes)
     finer = _FINER * (texels / settings.tolerance) ** 0.5 if settings.surface == "auto" else 0.0
     return _BASE + _TEXEL * texels * maps + _TRIANGLE * max(triangles, finer)
 

@@ -11,7 +11,8 @@ from ...kernels.scene import Diagnostics, Scene, Settings
 @dataclass(frozen=True)
 class Job:
     """A frame to solve, by its number: a Scene, its Settings, and the Anchor of the animation, None where that is what
-    is asked for; full: maps in float32; rough: whether pictures of it are wanted at once."""
+    is asked for; full: maps in float32; rough: whether pictures of it are wanted at once; sizes: of the receivers'
+    maps, where these are not all of the settings' resolution."""
 
     number: int
     scene: Scene
@@ -19,6 +20,7 @@ class Job:
     anchor: Anchor | None = None
     full: bool = False
     rough: bool = False
+    sizes: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -36,6 +36,7 @@ class Record:
             "receivers": list(request.receivers),
             "volume": asdict(request.volume) if request.volume else None,
             "depth": "full" if request.full else "half",
+            "texels_per_metre": request.density,
         }
         record = cls(request.out / "bake.json", head)
         record._read()

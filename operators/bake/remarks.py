@@ -23,11 +23,16 @@ _SLOW = (
 _MUCH = 0.5  # of the light on receivers
 
 
-def check_maps(names, resolution):
-    """Raise DappleError for maps of these names that cannot all be kept."""
-    if len(names) * resolution**2 > MOST_RESOLUTION**2:
+def check_maps(names, sizes):
+    """Raise DappleError for maps of these names and sizes that cannot all be kept."""
+    texels = sum(size**2 for size in sizes)
+    if texels > MOST_RESOLUTION**2:
         most = int(MOST_RESOLUTION / len(names) ** 0.5)
-        raise DappleError(f"{len(names)} maps of {resolution} texels do not fit into memory; set {most} at most.")
+        what = f"{len(names)} maps of {max(sizes)} texels"
+        if min(sizes) < max(sizes):
+            percent = int(100 * MOST_RESOLUTION / texels**0.5)
+            raise DappleError(f"{what} and less do not fit into memory; set {percent} % of the texels per metre.")
+        raise DappleError(f"{what} do not fit into memory; set {most} at most.")
     folders = {}
     for name in names:
         other = folders.setdefault(map_path("", name, 0).as_posix().casefold(), name)

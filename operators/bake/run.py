@@ -17,6 +17,7 @@ from ...kernels.anchor import Anchor
 from ...kernels.scene import Scene
 from ..errors import DappleError
 from ..maps.frame_files import copy_maps, write_maps
+from ..read.density import Sizes
 from ..read.digest import code, digest
 from ..read.extract import read_scene
 from ..read.mesh_arrays import TopologyCache
@@ -35,10 +36,11 @@ _KILLED = (
 
 @dataclass
 class _Frame:
-    """A frame that was read; inputs: the digest of all that its maps follow from."""
+    """A frame that was read; sizes: of its maps; inputs: the digest of all that its maps follow from."""
 
     number: int
     scene: Scene | None
+    sizes: tuple[int, ...]
     warnings: list
     seconds: dict = field(default_factory=dict)
     inputs: str = ""
@@ -52,6 +54,7 @@ class Run:
         self._timeline, self._request, self._record, self._pool = timeline, request, record, pool
         self._interactive, self._pause = wait is not None, _SLICE if wait is None else wait
         self._previews, self._topology, self._anchor = previews, TopologyCache(), None
+        self._sizes = Sizes(request.settings.resolution, request.density)
         self._todo, self._ahead, self._held, self._again = deque(request.frames), None, None, deque()
         self._given, self._stages, self._tried = {}, {}, set()  # number -> _Frame and word; numbers
         self._first, self._equal = {}, {}  # digest -> number; number -> later _Frames that do not differ from it
@@ -80,8 +83,9 @@ class Run:
         number = self._request.frames[0] if self._request.anchor is None else self._request.anchor
         try:
             frame = self._read(number)
-            self._set_workers(frame.scene)
-            self._pool.give(Job(number, frame.scene, self._request.settings))
+            self._sizes.keep(frame.scene)
+            self._set_workers(frame)
+            self._pool.give(Job(number, frame.scene, self._request.settings, sizes=frame.sizes))
             answer = Stage("")
             while isinstance(answer, Stage):
                 for _, answer in self._pool.answers(self._pause):
@@ -98,11 +102,11 @@ class Run:
             self._ahead = frame
         return answer
 
-    def _set_workers(self, scene):
+    def _set_workers(self, frame):
         """Bound the workers by cores, memory and frames; light that is kept from frame to frame needs one for all."""
-        request = self._request
+        request, scene = self._request, frame.scene
         triangles = len(scene.water.triangles) + sum(len(c.triangles) for c in scene.casters)
-        each = memory_per_worker(triangles, len(scene.receivers), request.settings)
+        each = memory_per_worker(triangles, frame.sizes, request.settings)
         one = bool(request.settings.reuse)
         self._pool.most = 1 if one else count_workers(request.workers, len(request.frames), each)
 
@@ -112,13 +116,14 @@ class Run:
         try:
             depsgraph = self._timeline.at(number)
             scene, warnings = read_scene(depsgraph, request.water, request.receivers, self._topology, request.volume)
-            check_maps([receiver.name for receiver in scene.receivers], request.settings.resolution)
+            sizes = self._sizes.of(scene)
+            check_maps([receiver.name for receiver in scene.receivers], sizes)
         except DappleError as error:
             raise DappleError(f"Frame {number}: {error}") from error
         finally:
             if self._interactive:
                 self._timeline.rest()
-        return _Frame(number, scene, warnings, {"extract": time.perf_counter() - start})
+        return _Frame(number, scene, sizes, warnings, {"extract": time.perf_counter() - start})
 
     def _can_read(self):
         """Whether to read a frame now: not while Blender renders, which reads the scene as well."""
@@ -133,7 +138,8 @@ class Run:
             self._fail(number, error)
             return
         request, reused = self._request, bool(self._request.settings.reuse)
-        frame.inputs = digest(code(), frame.scene, request.settings, request.full, self._anchor, frame.warnings)
+        known = (frame.scene, frame.sizes, request.settings, request.full, self._anchor, frame.warnings)
+        frame.inputs = digest(code(), *known)
         entry = None if reused else self._record.known(number, frame.inputs)
         first = number if reused else self._first.setdefault(frame.inputs, number)
         if entry:
@@ -161,7 +167,8 @@ class Run:
         self._given[frame.number] = frame
         request = self._request
         rough = self._previews is not None
-        self._pool.give(Job(frame.number, frame.scene, request.settings, self._anchor, request.full, rough))
+        wanted = (request.settings, self._anchor, request.full, rough, frame.sizes)
+        self._pool.give(Job(frame.number, frame.scene, *wanted))
 
     def _take(self, number, answer):
         """Yield what there is to tell of a worker's answer."""

@@ -9,18 +9,17 @@ from ..errors import DappleError
 class TexelCache:
     """Texels of each receiver, made anew only where its mesh or UVs changed since the frame before."""
 
-    def __init__(self, settings):
-        self._settings = settings
-        self._known = {}
+    def __init__(self, padding):
+        self._padding, self._known = padding, {}
 
-    def of(self, receiver):
-        """The Texels of a Receiver; raises DappleError for UVs that cannot carry a lightmap."""
+    def of(self, receiver, size):
+        """The Texels of a Receiver, of `size` a side; raises DappleError for UVs that cannot carry a lightmap."""
         from ...kernels.maps.texels import UVError, rasterise
 
         before, texels = self._known.get(receiver.name, (None, None))
-        if before is None or not unchanged(before, receiver):
+        if before is None or texels.resolution != size or not unchanged(before, receiver):
             try:
-                texels = rasterise(receiver, self._settings.resolution, self._settings.padding)
+                texels = rasterise(receiver, size, self._padding)
             except UVError as error:
                 raise DappleError(f"Receiver '{receiver.name}' cannot take a lightmap: {error}.") from error
             self._known[receiver.name] = (receiver, texels)

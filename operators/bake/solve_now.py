@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ...kernels.sequence import Sequence
 from ..errors import DappleError
+from ..read.density import Sizes
 from ..read.extract import read_scene
 from ..read.mesh_arrays import TopologyCache
 from .shared import TexelCache
@@ -14,7 +15,8 @@ class Now:
 
     def __init__(self, request):
         self._request, self._sequence = request, None
-        self._topology, self._texels = TopologyCache(), TexelCache(request.settings)
+        self._topology, self._texels = TopologyCache(), TexelCache(request.settings.padding)
+        self._sizes = Sizes(request.settings.resolution, request.density)
 
     def solve(self, context):
         """(Scene, Solution) of the current frame; raises DappleError for what cannot be baked."""
@@ -22,7 +24,9 @@ class Now:
 
         request, depsgraph = self._request, context.evaluated_depsgraph_get()
         scene, _ = read_scene(depsgraph, request.water, request.receivers, self._topology, request.volume)
-        charts = tuple(self._texels.of(receiver) for receiver in scene.receivers)
+        if self._sequence is None:
+            self._sizes.keep(scene)
+        charts = tuple(map(self._texels.of, scene.receivers, self._sizes.of(scene)))
         try:
             if self._sequence is None:
                 anchor = methods.prepare(scene, charts, request.settings)

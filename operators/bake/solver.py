@@ -68,8 +68,9 @@ class Solver:
 
     def _charts(self, job):
         """The Texels of a Job's receivers."""
-        self._texels = self._texels or TexelCache(job.settings)
-        return tuple(self._texels.of(receiver) for receiver in job.scene.receivers)
+        self._texels = self._texels or TexelCache(job.settings.padding)
+        receivers = job.scene.receivers
+        return tuple(map(self._texels.of, receivers, job.sizes or [job.settings.resolution] * len(receivers)))
 
 
 class Clock:

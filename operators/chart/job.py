@@ -37,8 +37,8 @@ def answers(job):
     from ...kernels.plan.needs import needs
     from .flip import flip
 
-    texels = TexelCache(job.settings)
-    charts = tuple(texels.of(receiver) for receiver in job.scene.receivers)
+    texels = TexelCache(job.settings.padding)
+    charts = tuple(texels.of(receiver, job.settings.resolution) for receiver in job.scene.receivers)
     steps = build(job.scene, charts, job.settings, job.methods, flip())
     chart = None
     while chart is None:

@@ -55,7 +55,8 @@ def _read(context, request, number):
         read = read_scene(timeline.at(number), request.water, request.receivers, TopologyCache(), request.volume)
     finally:
         timeline.restore()
-    check_maps([receiver.name for receiver in read[0].receivers], request.settings.resolution)
+    names = [receiver.name for receiver in read[0].receivers]
+    check_maps(names, [request.settings.resolution] * len(names))
     return read
 
 

@@ -1,4 +1,4 @@
-"""How many texels lie on a metre of a receiver, and how many a map needs for so many."""
+"""How many texels lie on a metre of a receiver, and how many its map needs for so many."""
 
 from __future__ import annotations
 
@@ -37,12 +37,47 @@ def _area(corners):
     return np.linalg.norm(np.cross(corners, np.roll(corners, -1, axis=0)).sum(0)) / 2
 
 
-def resolution_for(texels_per_metre, receiver_names):
-    """The resolution at which the maps of all receivers have so many texels a metre at least: that of the largest
-    need, for the maps of a bake have one resolution. None where no receiver tells its size."""
+class Sizes:
+    """How many texels the maps of a bake have a side: `resolution`, or where `density` [texels/m] is not 0, what each
+    receiver needs for so many, as it was when it was kept; else as it is."""
+
+    def __init__(self, resolution, density=0.0):
+        self._resolution, self._density, self._kept = resolution, density, {}
+
+    def keep(self, scene):
+        """Keep the sizes of a Scene's receivers, so that one which grows keeps the size of its map."""
+        self._kept = dict(zip((receiver.name for receiver in scene.receivers), self.of(scene), strict=True))
+
+    def of(self, scene) -> tuple[int, ...]:
+        """The sizes for the receivers of a Scene, in their order."""
+        if not self._density:
+            return (self._resolution,) * len(scene.receivers)
+        return tuple(self._kept.get(receiver.name) or self._of(receiver) for receiver in scene.receivers)
+
+    def _of(self, receiver):
+        return size_for(_side(receiver), self._density, self._resolution)
+
+
+def size_for(side, density, otherwise):
+    """The size of a map whose side stands for so many metres; `otherwise` where that is not known."""
+    if not side:
+        return otherwise
+    wanted = math.ceil(min(side * density, MOST_RESOLUTION) / _STEP) * _STEP
+    return int(min(max(wanted, LEAST_RESOLUTION), MOST_RESOLUTION))
+
+
+def _side(receiver):
+    """How many metres the side of a Receiver's map stands for, the median over its triangles; None without any area."""
+    v, uv = receiver.positions[receiver.triangles], receiver.uvs
+    world = np.linalg.norm(np.cross(v[:, 1] - v[:, 0], v[:, 2] - v[:, 0]), axis=1)
+    a, b = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
+    flat = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+    known = (flat > 0) & np.isfinite(world)
+    return float(np.median(np.sqrt(world[known] / flat[known]))) if known.any() else None
+
+
+def resolution_for(density, receiver_names):
+    """The size of the largest map of receivers at so many texels a metre. None where none of them tells its size."""
     objects = [shown for name in receiver_names for shown in shown_by(find_object(name)) if shown.type == "MESH"]
     sides = [side for side in map(side_in_metres, objects) if side]
-    if not sides:
-        return None
-    wanted = math.ceil(max(sides) * texels_per_metre / _STEP) * _STEP
-    return int(min(max(wanted, LEAST_RESOLUTION), MOST_RESOLUTION))
+    return size_for(max(sides), density, None) if sides else None

@@ -63,7 +63,7 @@ def start(context) -> str:
     request = request_from_scene(context.scene, frames=frame, out="unused")
     made = supply(context, request)
     settings = replace(request.settings, resolution=RESOLUTION, tolerance=PRESETS["DRAFT"], reuse=0.0)
-    live = _Live(context, replace(request, settings=settings))
+    live = _Live(context, replace(request, settings=settings, density=0.0))
     live.show(context)
     _running.append(live)
     for handlers, handler in _HANDLERS:

@@ -6,6 +6,7 @@ import bpy
 import pytest
 
 from dapple.operators import cli
+from dapple.tests.blender.exr_reader import read_exr
 from dapple.tests.blender.small_pool import add_grid, build_pool, files_in, solve_by_height, use_solver
 
 
@@ -49,6 +50,21 @@ def test_words_override_the_scene(pool, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
+    ("words", "size"), [(["--texels-per-metre", "10"], 32), (["--resolution", "64"], 64), ([], 48)]
+)
+def test_texels_per_metre_or_a_resolution(pool, tmp_path, words, size):
+    """The word takes the place of the scene's 20 texels on a metre of a floor of 2 m."""
+    pool.dapple.texels_per_metre = 20.0
+    assert cli.main(["bake", "--frames", "1", "--out", str(tmp_path / "here"), *words]) == 0
+    assert read_exr(tmp_path / "here/Floor/caustics_0001.exr").shape[:2] == (size, size)
+
+
+def test_texels_per_metre_that_are_none_are_told(pool, capfd):
+    assert cli.main(["bake", "--texels-per-metre", "-3"]) == 1
+    assert "-3 texels per metre are out of range" in capfd.readouterr().err
+
+
+@pytest.mark.parametrize(
     "words",
     [
         [],
@@ -57,6 +73,7 @@ def test_words_override_the_scene(pool, tmp_path, monkeypatch):
         ["bake", "--frames", "one"],
         ["bake", "--method", "magic"],
         ["bake", "--resolution", "big"],
+        ["bake", "--resolution", "64", "--texels-per-metre", "20"],
         ["bake", "--water", ","],
         ["bake", "--speed", "9"],
     ],

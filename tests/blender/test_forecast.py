@@ -22,7 +22,9 @@ def test_it_is_that_of_the_frames_counts(pool):
     pool.dapple.resolution, pool.dapple.workers = 1024, 2
     workers, each = forecast(pool, bpy.context.view_layer)
     assert workers == 2
-    assert each == memory.memory_per_worker(32, 2, Settings(resolution=1024, tolerance=pool.dapple.tolerance))
+    assert each == memory.memory_per_worker(
+        32, (1024, 1024), Settings(resolution=1024, tolerance=pool.dapple.tolerance)
+    )
 
 
 def test_modifiers_count(pool):

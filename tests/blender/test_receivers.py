@@ -184,6 +184,37 @@ def test_faces_between_tiles_are_told(pool):
         run(pool, frames=(1,))
 
 
+def test_each_receiver_has_the_texels_per_metre_that_are_set(pool, tmp_path):
+    """A floor of 2 m, and a step of 0.5 m that is twice as large in the second frame."""
+    step = add_grid("Step", 0.3, pool.dapple.receivers)
+    for frame, scale in ((1, 0.25), (2, 0.5)):
+        step.scale = scale, scale, 1.0
+        step.keyframe_insert("scale", frame=frame)
+    pool.dapple.texels_per_metre, pool.frame_end = 60.0, 2
+    steps = run(pool, out=tmp_path / "out")
+    shapes = {path.parent.name + path.stem[-1]: read_exr(path).shape[0] for step in steps for path in step.maps}
+    assert shapes == {"Floor1": 128, "Floor2": 128, "Step1": 32, "Step2": 32}
+    assert json.loads((tmp_path / "out/bake.json").read_text())["texels_per_metre"] == 60.0
+    (again,) = run(pool, frames=(2,), out=tmp_path / "out")
+    assert "left as it is" in again.message, "what is baked is the same in parts"
+    pool.dapple.texels_per_metre = 0.0
+    pool.dapple.resolution = 128
+    run(pool, frames=(2,), out=tmp_path / "alike")
+    floors = [read_exr(tmp_path / out / "Floor/caustics_0002.exr").astype(float) for out in ("out", "alike")]
+    assert ((floors[0] - floors[1]) ** 2).mean() < 1e-4 * (floors[1] ** 2).mean()
+    books = [json.loads((tmp_path / out / "bake.json").read_text())["frames"]["2"] for out in ("out", "alike")]
+    for name in ("Floor", "Step"):
+        np.testing.assert_allclose(*(book["flux_received"][name] for book in books), rtol=5e-3)
+
+
+def test_maps_per_metre_that_fit_no_memory_are_told(pool):
+    instanced(pool, [(-0.5, 0.0, 0.3)])
+    bpy.data.objects["Floor"].scale = 10.0, 10.0, 1.0
+    pool.dapple.texels_per_metre = 1000.0
+    with pytest.raises(DappleError, match=r"2 maps of 16384 texels and less do not fit .* 99 % of the texels"):
+        run(pool, frames=(1,))
+
+
 @pytest.mark.parametrize(("scale", "density", "side"), [(1.0, 8.0, 16), (1.0, 100.0, 208), (4.0, 100.0, 800)])
 def test_texels_per_metre_set_the_resolution(pool, scale, density, side):
     """The floor of 2 m fills its map: 100 texels a metre take 200, in steps of 16."""

@@ -10,7 +10,7 @@ import sys
 import tempfile
 
 import bpy
-from render_pool import IMAGES, JPEG_QUALITY, ROOT, load_dapple
+from render_pool import IMAGES, ROOT, load_dapple, write_jpegs
 
 # scene: (frame, texels along a map, tolerance, views)
 SCENES = {
@@ -41,7 +41,7 @@ def render_views(name):
     """Render the scene's views to docs/images."""
     scene = bpy.context.scene
     scene.eevee.taa_render_samples = 8
-    scene.render.image_settings.file_format, scene.render.image_settings.quality = "JPEG", JPEG_QUALITY
+    write_jpegs(scene.render)
     for view in SCENES[name][3]:
         scene.camera = bpy.data.objects[view]
         scene.render.filepath = str(IMAGES / f"{name}_{view.lower().replace(' ', '_')}.jpg")

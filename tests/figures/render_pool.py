@@ -36,10 +36,13 @@ def load_dapple():
 def open_scene():
     """Open the pool, set to write JPEG files."""
     bpy.ops.wm.open_mainfile(filepath=str(SCENE))
-    render = bpy.context.scene.render
-    render.image_settings.file_format = "JPEG"
-    render.image_settings.quality = JPEG_QUALITY
-    render.use_overwrite = True
+    write_jpegs(bpy.context.scene.render)
+
+
+def write_jpegs(render):
+    """Have pictures written as JPEG files, over those that are there, that do not name folders of this machine."""
+    render.image_settings.file_format, render.image_settings.quality = "JPEG", JPEG_QUALITY
+    render.use_overwrite, render.use_stamp_filename = True, False
 
 
 def render_views(engine, frames=FRAMES, views=VIEWS):

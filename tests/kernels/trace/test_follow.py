@@ -77,7 +77,7 @@ def test_glass_under_water_bends_by_the_ratio_of_the_indices():
     where = scene(ball(fine=256), over=water(flat, quads=2, side=40, level=5.0))
     rays, _ = follow(where, [(x, 0, 9) for x in b], [(0, 0, -1)] * len(b), word=0b1111)
     np.testing.assert_allclose(at_height(rays, -1.7)[0], through_a_ball(b, 1.5 / 1.333, -1.7), atol=1e-3)
-    assert (rays.mask == 1).all(), "they end in the water"
+    assert (rays.state == 1).all(), "they end in the water"
 
 
 def test_a_ball_of_the_waters_index_is_no_ball():

@@ -30,7 +30,7 @@ def test_two_slabs_that_overlap_are_one(make, word):
         np.testing.assert_allclose(at_height(rays, -1), at_height(whole, -1), atol=1e-12)
         assert rays.share[0] == pytest.approx(whole.share[0], rel=1e-12)
         np.testing.assert_allclose(rays.colour, whole.colour, rtol=1e-12)
-        assert (rays.astray == 0).all() and (rays.mask == 0).all()
+        assert (rays.astray == 0).all() and (rays.state == 0).all()
 
 
 def test_glass_of_two_tints_on_one_body_is_one_medium():
@@ -73,7 +73,7 @@ def test_a_cavity_holds_air_whether_it_is_the_same_mesh_or_another():
     ways = []
     for parts in ((joined(outer, inner),), (outer, inner), (outer, ball(1.0, fine=64, material=Glass(1.0)))):
         rays, _ = follow(scene(*parts), [(0.3, 0, 9)], [(0, 0, -1)], word=0b11111)
-        assert (rays.astray == 0).all() and (rays.mask == 0).all()
+        assert (rays.astray == 0).all() and (rays.state == 0).all()
         ways.append(np.concatenate([rays.direction[:, 0], at_height(rays, -5)[:, 0]]))
     np.testing.assert_allclose(ways[1:], ways[:1] * 2, atol=1e-9)
     inside = np.arcsin(0.3)  # n r sin is the same in every shell: 0.3 at the inner sphere from within, b / r
