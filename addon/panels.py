@@ -39,8 +39,9 @@ class DAPPLE_PT_bake(Sidebar, bpy.types.Panel):
         buttons.operator("dapple.bake_animation", icon="RENDER_ANIMATION")
         layout.row(align=True).prop(settings, "quality", expand=True)
         layout.operator("dapple.live_preview", icon="PLAY", depress=live.is_on())
-        shown = layout.row(align=True)
+        shown = layout.column(align=True)
         shown.operator("dapple.attach", icon="LINKED")
+        shown.operator("dapple.look_through", icon="HIDE_OFF")
         shown.operator("dapple.detach", icon="UNLINKED")
         wrapped(layout, context, live.trouble(), icon="ERROR")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import bpy
 
-from ..operators.buttons.ops_attach import DAPPLE_OT_attach, DAPPLE_OT_detach
+from ..operators.buttons.ops_attach import DAPPLE_OT_attach, DAPPLE_OT_detach, DAPPLE_OT_look_through
 from ..operators.buttons.ops_bake import DAPPLE_OT_bake_animation, DAPPLE_OT_bake_frame, DAPPLE_OT_stop
 from ..operators.buttons.ops_choose import DAPPLE_OT_choose
 from ..operators.buttons.ops_export import DAPPLE_OT_export
@@ -26,6 +26,7 @@ CLASSES = (
     DAPPLE_OT_stop,
     DAPPLE_OT_attach,
     DAPPLE_OT_detach,
+    DAPPLE_OT_look_through,
     DAPPLE_OT_choose,
     DAPPLE_OT_lightmap_uvs,
     DAPPLE_OT_live_preview,

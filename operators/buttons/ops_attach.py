@@ -1,4 +1,4 @@
-"""The buttons that show the baked maps on the receivers, and take them off."""
+"""The buttons that show the baked maps on the receivers, let EEVEE look at them, and take them off."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ from ..errors import DappleError
 from ..read.casters import caster_names
 from ..show import live
 from ..show.attach import attach, detach
+from ..show.attach_shadow import made_opaque
 from ..show.attach_slots import SLOTS
+from ..show.attach_view import look_through, unseen
 from .explained import Explained
 
 
@@ -53,4 +55,25 @@ class DAPPLE_OT_detach(Explained, bpy.types.Operator):
         live.stop(context)
         names = detach(context)
         self.report({"INFO"}, f"{len(names)} object(s) show no map any more")
+        return {"FINISHED"}
+
+
+class DAPPLE_OT_look_through(Explained, bpy.types.Operator):
+    """Let EEVEE show what lies behind water and glass: turn on Raytracing in the render properties, and Raytraced \
+Transmission in their materials. Detach leaves both on"""
+
+    bl_idname = "dapple.look_through"
+    bl_label = "Look Through Water"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def lacks(cls, context):
+        casters = made_opaque(context.scene)
+        if not casters:
+            return "No maps are shown: attach them first"
+        return "" if unseen(context.scene, casters) else "Nothing hides what lies behind water and glass"
+
+    def execute(self, context):
+        for sentence in look_through(context.scene, made_opaque(context.scene)):
+            self.report({"WARNING"}, sentence)
         return {"FINISHED"}

@@ -30,6 +30,11 @@ def make_opaque(caster: bpy.types.Object) -> None:
         material.use_backface_culling_shadow = False
 
 
+def made_opaque(scene: bpy.types.Scene) -> list[bpy.types.Object]:
+    """The objects of a scene that `make_opaque` has changed: water, glass and mirrors while maps are shown."""
+    return [obj for obj in scene.objects if SHADOW in obj]
+
+
 def restore() -> None:
     """Put back what `make_opaque` changed, in the whole file."""
     for obj in bpy.data.objects:

@@ -13,18 +13,35 @@ _ENGINES = {"BLENDER_EEVEE", "BLENDER_EEVEE_NEXT"}  # the second until 4.5
 def unseen(scene: bpy.types.Scene, casters: list[bpy.types.Object]) -> list[str]:
     """Say what keeps EEVEE from showing what lies behind water and casters: a sentence short enough for the status bar,
     none if nothing does or the scene is rendered by another engine."""
-    if scene.render.engine not in _ENGINES:
-        return []
-    clear = {slot.material for caster in casters for slot in caster.material_slots if _is_glass(slot.material)}
-    names = ", ".join(f"'{material.name}'" for material in clear if not material.use_raytrace_refraction)
-    switches = []
-    if clear and not scene.eevee.use_raytracing:
-        switches.append("Raytracing (render)")
-    if names:
+    rays, materials = _hidden_by(scene, casters)
+    switches = ["Raytracing (render)"] * rays
+    if materials:
+        names = ", ".join(f"'{material.name}'" for material in materials)
         switches.append(f"Raytraced Transmission (material {names})")
     if not switches:
         return []
-    return [f"EEVEE hides what lies behind water and glass: turn on {' and '.join(switches)}."]
+    return [
+        f"EEVEE hides what lies behind water and glass: press Look Through Water, or turn on {' and '.join(switches)}."
+    ]
+
+
+def look_through(scene: bpy.types.Scene, casters: list[bpy.types.Object]) -> list[str]:
+    """Turn on what `unseen` names; returns sentences on what it could not turn on."""
+    rays, materials = _hidden_by(scene, casters)
+    scene.eevee.use_raytracing = scene.eevee.use_raytracing or rays
+    for material in materials:
+        if not material.library:
+            material.use_raytrace_refraction = True
+    return unseen(scene, casters)
+
+
+def _hidden_by(scene, casters):
+    """(whether the scene's own switch is off, the materials whose switch is off) that hide what lies behind casters."""
+    if scene.render.engine not in _ENGINES:
+        return False, []
+    slots = [slot.material for caster in casters for slot in caster.material_slots]
+    clear = dict.fromkeys(material for material in slots if _is_glass(material))
+    return bool(clear) and not scene.eevee.use_raytracing, [m for m in clear if not m.use_raytrace_refraction]
 
 
 def _is_glass(material):

@@ -21,7 +21,7 @@ CLASSES = (
     "DAPPLE_PT_status",
 )
 OPERATORS = ("bake_frame", "bake_animation", "stop", "attach", "detach", "choose", "live_preview")
-OPERATORS += ("show_status", "export", "chart", "lightmap_uvs")
+OPERATORS += ("show_status", "export", "chart", "lightmap_uvs", "look_through")
 
 
 def presence():

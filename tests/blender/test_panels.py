@@ -59,7 +59,7 @@ def test_panels_show_every_setting_and_button(empty_scene):
     names = {name for name, _ in drawn()}
     settings = {p.identifier for p in empty_scene.dapple.bl_rna.properties} - {"rna_type", "name"}
     buttons = {"Bake Frame", "Bake Animation", "Live Preview", "Use Selection", "Attach to Materials", "Detach"}
-    buttons |= {"Export Maps", "Chart Methods", "Make Lightmap UVs", "Show Texel Status"}
+    buttons |= {"Export Maps", "Chart Methods", "Make Lightmap UVs", "Show Texel Status", "Look Through Water"}
     assert names == settings | buttons
     assert "Use Selection" not in dict(drawn_with_receivers(empty_scene))
 

@@ -56,7 +56,7 @@ def test_all_that_can_be_hovered_is_explained(empty_scene):
 
 
 def test_operators_are_found_by_search_and_undo_what_changes_the_file(empty_scene):
-    changing = {"attach", "detach", "choose", "lightmap_uvs", "live_preview", "show_status"}
+    changing = {"attach", "detach", "choose", "lightmap_uvs", "live_preview", "look_through", "show_status"}
     for name in dir(bpy.ops.dapple):
         options = getattr(bpy.ops.dapple, name).bl_options
         assert "INTERNAL" not in options, name
