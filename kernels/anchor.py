@@ -13,6 +13,7 @@ from .flat.known import KnownStill, Level
 from .plan.choice import Plan
 from .surface.reconstruct import Reconstruction
 from .surface.smoothing import Smoothing
+from .trace.kept_light import KeptLight
 
 
 @dataclass(frozen=True)
@@ -33,3 +34,4 @@ class Kept:
         self.anchor = anchor or Anchor()
         self.reconstruction = Reconstruction(self.anchor.smoothing)
         self.still = KnownStill(self.anchor.level)
+        self.light = KeptLight()

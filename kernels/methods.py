@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -77,8 +78,7 @@ def solve(scene, texels, settings, kept=None):
     surface = Surface.of(scene, texels, settings, kept.reconstruction, plan, _AS_IT_IS.get(method))
     scene, settings = surface.scene, surface.settings
     seconds["surface"] = time.perf_counter() - start
-    by = kept.still.solve if method == "flat" else METHODS[method]
-    answer = solve_channels(by, scene, texels, settings)
+    answer = solve_channels(_by(method, kept), scene, texels, settings)
     work = answer.diagnostics
     work.surface, work.slow_rays, work.seconds = surface.sentence, SLOW, {**seconds, **work.seconds}
     work.estimated_error = surface.estimate(answer)
@@ -89,6 +89,12 @@ def solve(scene, texels, settings, kept=None):
         work.left_out.append("light over glass and mirrors: they block, and cast no caustics")
         work.estimated_error = None  # how much that is, the method does not know
     return _as_cycles(answer, scene, settings)
+
+
+def _by(method, kept):
+    """What solves by a method, with what is Kept of other frames."""
+    own = {"flat": kept.still.solve, AUTO: partial(photon_splat.solve, kept=kept.light)}
+    return own.get(method, METHODS[method])
 
 
 def _ready(scene, texels, settings):

@@ -33,17 +33,18 @@ _LEFT_OUT = [
 _BACKS = "a few per cent of the light next to normals whose back it meets, where what passes falls to nothing"
 
 
-def solve(scene, texels, settings):
+def solve(scene, texels, settings, kept=None):
     """Irradiance of a Scene on Texels (one per receiver) by photons; see `scene.Solution`.
 
     Settings.tolerance is the relative mean squared error that is good enough, against the same mesh; Settings.points
-    asks for points. Raises ValueError where texels and receivers do not match.
+    asks for points; kept: the `KeptLight` of the animation's frames. Raises ValueError where texels and receivers do
+    not match.
     """
     check_texels(scene, texels)
     reason = _POINTS if settings.points else _BEAMS + (_OVER_CASTERS if scene.casters else "")
     work = Diagnostics("photon_splat", reason, left_out=list(_LEFT_OUT))
     start = time.perf_counter()
-    casts = over_casters(scene, texels, settings)
+    casts = over_casters(scene, texels, settings, kept)
     lights = [*_over_water(scene, texels, settings), *casts]
     if not settings.points and any(lit.water.meets_backs() for lit in lights):
         work.left_out.append(_BACKS)

@@ -6,6 +6,7 @@ Flux counts as having come in where it meets its first caster; light that meets 
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from ..splat.landing import Bins
 from .arrivals import Arrivals
 from .entry import Entry, evenly, points
 from .follow import BEYOND, BLOCKED, CULLED, FAINT, Follower, Rays
+from .kept_light import Followed
 from .spread import SIGHT, Spread
 from .strays import Strays, odd
 from .sun_disc import DiscCast, directions
@@ -30,12 +32,13 @@ _CELLS = 32, 256  # of the entry, along its longer side, at least and at most
 _FAINT = 1e-2  # of the tolerance: branches that carry less of a photon are not followed
 
 
-def over_casters(scene, texels, settings):
-    """A Cast for each light of a Scene that has casters."""
+def over_casters(scene, texels, settings, kept=None):
+    """A Cast for each light of a Scene that has casters; kept: the KeptLight of the frames before."""
     if not scene.casters:
         return []
     powers = [light.irradiance if isinstance(light, Sun) else light.intensity for light in scene.lights]
-    surfaces = Surfaces(scene, np.sum([np.zeros(3), *powers], axis=0))
+    power = np.sum([np.zeros(3), *powers], axis=0)
+    surfaces = Surfaces(scene, power)
     box = Box(scene.volume) if scene.volume is not None else None
 
     def make(light, tolerance):
@@ -46,6 +49,8 @@ def over_casters(scene, texels, settings):
         count, _ = directions(scene, light, texels)
         plain = count == 1
         casts.append(make(light, settings.tolerance) if plain else DiscCast(light, count, make, settings))
+        if kept is not None:
+            casts[-1].keep = partial(kept.of, scene, light, power > 0, texels, settings)
     return casts
 
 
@@ -67,7 +72,7 @@ def left_out(scene, texels, settings, work, casts):
     return sentences + odd(scene, [cast.strays for cast in casts])
 
 
-class Cast:
+class Cast(Followed):
     """As `splat.ways.Lit`: one light of a Scene over its casters, on Texels; surfaces: of the scene; box: of its
     volume, or None. entry, arrivals, follower, channels, texel_area (images,) [m^2] and bins: what `Spread` uses;
     strays: its Strays."""
@@ -107,11 +112,11 @@ class Cast:
                 landed, arrives = self.book(ended, end, flux)
                 self.bins.add(self.arrivals.texel(landed), arrives)
             used += len(area)
-        return *self.own(*self.bins.take()), used
+        return *self.in_colour(*self.own(*self.bins.take())), used
 
-    def spread(self):
-        """As `throw`, by beams, and points where light is rough; and their predicted relative mean squared error."""
-        return Spread(self).result()
+    def follow(self):
+        """See `Followed`: by beams, and points where light is rough."""
+        return *Spread(self).result(), self.strays
 
     def start(self, m):
         """The Rays of points m (3,n) of the entry, and what meets them (n,) over the power."""
@@ -148,12 +153,16 @@ class Cast:
         return landed, own * landed.colour
 
     def own(self, flux, lost, met):
-        """What the texels own (K,3) of the images' flux (C, texels), {cause: (3,)} and what came in (3,), in colour."""
+        """What the texels own (C,K) of the images' flux (C, texels), what is lost with that beside the charts, and what
+        came in, over the power."""
         owned, beside = gather_all(self.texels, flux)
-        lost["missed"] = lost["missed"] + beside
-        coloured = {cause: self._in_colour(watts) for cause, watts in lost.items()}
-        return self._in_colour(owned).T, coloured, met * self.water.source.power
+        return owned, lost | {"missed": lost["missed"] + beside}, met
 
-    def _in_colour(self, flux):
-        """Flux (3, ...) [W] in red, green and blue of flux (C, ...) of the channels over the power."""
-        return (flux[self.surfaces.channels].T * self.water.source.power).T
+    def in_colour(self, flux, lost, met):
+        """Flux [W] (K,3), {cause: (3,)} and (3,) of what is over the power: flux (C,K), lost {cause: (C,)} and met."""
+        power = self.water.source.power
+
+        def coloured(watts):
+            return (watts[self.surfaces.channels].T * power).T
+
+        return coloured(flux).T, {cause: coloured(watts) for cause, watts in lost.items()}, met * power

@@ -24,7 +24,7 @@ _SIX = [0, 1, 2, 0, 1, 2], [0, 1, 2, 1, 2, 0]  # corners whose middles are a tri
 
 
 class Spread:
-    """The work of `Cast.spread`."""
+    """The work of `Cast.follow`."""
 
     def __init__(self, cast):
         self._cast, self._settings = cast, cast.settings

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..disc.disc import within_disc
 from ..scene import Sun
+from .kept_light import Followed
 
 _MOST = 16  # directions for beams
 _POINTS = 16  # directions that the points of one half come from
@@ -39,13 +40,13 @@ def _way(caster, texels):
     return nearest + (high - low).max() / 2
 
 
-class DiscCast:
+class DiscCast(Followed):
     """As `cast.Cast`, of a Sun with a disc in `count` directions for beams; make: (Sun, tolerance) -> its Cast."""
 
     def __init__(self, light, count, make, settings):
         self._light, self._count, self._make, self._settings = light, count, make, settings
         whole = make(light, settings.tolerance)
-        self.water, self.strays = whole.water, whole.strays
+        self.water, self.strays, self.in_colour = whole.water, whole.strays, whole.in_colour
 
     def again(self):
         return 0
@@ -56,12 +57,13 @@ class DiscCast:
         flux, lost, met, used = zip(*(cast.throw(photons / _POINTS, rng) for cast in casts), strict=True)
         return sum(flux), _added(lost), sum(met), sum(used)
 
-    def spread(self):
-        """As `Cast.spread`."""
+    def follow(self):
+        """See `Followed`."""
         rng = np.random.default_rng(self._settings.seed)
         casts = self._casts(self._count, rng, self._settings.tolerance * self._count)
-        flux, lost, met, error = zip(*(cast.spread() for cast in casts), strict=True)
-        return sum(flux), _added(lost), sum(met), sum(error) / self._count**2
+        flux, lost, met, error, _ = zip(*(cast.follow() for cast in casts), strict=True)
+        lost = {cause: watts / self._count for cause, watts in _added(lost).items()}
+        return sum(flux) / self._count, lost, sum(met) / self._count, sum(error) / self._count**2, self.strays
 
     def _casts(self, count, rng, tolerance):
         """Casts of `count` suns that share the light."""
