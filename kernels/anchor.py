@@ -35,3 +35,7 @@ class Kept:
         self.reconstruction = Reconstruction(self.anchor.smoothing)
         self.still = KnownStill(self.anchor.level)
         self.light = KeptLight()
+
+    def forget_light(self):
+        """Keep no light of the frames before: what is solved next costs what a frame does in which all lamps move."""
+        self.light = KeptLight()

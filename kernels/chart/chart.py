@@ -98,7 +98,7 @@ def _climb(rung, scene, texels, settings, judge, chart):
     for number, (label, own) in enumerate(rung.settings(settings)):
         if rung.method == AUTO:  # an animation's plan is for its tolerance
             kept = Kept(prepare(scene, texels, own))
-        seconds, solution, runs = timed(lambda own=own, kept=kept: solve(scene, texels, own, kept))
+        seconds, solution, runs = timed(lambda own=own, kept=kept: _anew(scene, texels, own, kept))
         work = solution.diagnostics
         asked = own.tolerance if any("tolerance" in changed for _, changed in rung.knobs) else None
         row = judge.row(
@@ -118,6 +118,12 @@ def _climb(rung, scene, texels, settings, judge, chart):
         if seconds > _PATIENCE and left:
             chart.notes.append(f"{rung.name}: {left} finer settings were left out, as the last took {seconds:.0f} s")
             return
+
+
+def _anew(scene, texels, settings, kept):
+    """The Solution of a frame whose lamps are not those of the frame before."""
+    kept.forget_light()
+    return solve(scene, texels, settings, kept)
 
 
 class _Judge:

@@ -13,6 +13,7 @@ from dapple.kernels.chart.reference import reference
 from dapple.kernels.maps.texels import rasterise
 from dapple.kernels.methods import METHODS, solve
 from dapple.kernels.scene import Scene, Settings
+from dapple.kernels.trace.cast import Cast
 
 RESOLUTION = 16
 
@@ -120,6 +121,17 @@ def test_a_chart_of_some_rungs_and_a_peer(pool):
     assert by["peer", "dark"].on_front
     assert all((row.over_front is None) == (row.rung != "auto") for row in chart.rows)
     assert said == ["peer: waiting", f"peer: dark, error {by['peer', 'dark'].error:.2g}"]
+
+
+def test_no_light_over_glass_is_kept_from_what_was_timed_before(monkeypatch):
+    glass, followed = (ball(0.4, fine=8),), []
+    scene = Scene(no_water(), (waves.floor(),), (), (waves.sun((0, 0, -1)),), casters=glass)
+    texels = (rasterise(scene.receivers[0], RESOLUTION),)
+    follow = Cast.follow
+    monkeypatch.setattr(Cast, "follow", lambda self: followed.append(self) or follow(self))
+    chart, _ = run(build(scene, texels, Settings(), ("photon_splat",)))
+    assert len(chart.rows) > 1
+    assert len(followed) >= sum(1 if row.runs == 1 else 1 + row.runs for row in chart.rows)
 
 
 def row(rung, seconds, error, peer=False):
