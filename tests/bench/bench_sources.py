@@ -27,12 +27,16 @@ def tables():
 
     return {
         "The conic walk: paths at 64 x 64 points, 33 thousand triangles": (water.MANIFOLD_HEAD, water.manifold_rows),
-        "The conic walk: triangles, to the first root at 128 x 128 texels": (water.TRIANGLE_HEAD, water.triangle_rows),
+        "The conic walk: triangles, to the first root": (water.TRIANGLE_HEAD, water.triangle_rows),
         "The conic walk: photon maps at 128 x 128 texels, waves a third as high as the pool's": (
             water.PHOTON_HEAD,
             water.photon_rows,
         ),
-        "The caustics volume: photons over casters, 128 x 128 texels": (maps.PHOTON_HEAD, maps.photon_rows),
+        "The caustics volume: photons over casters": (maps.PHOTON_HEAD, maps.photon_rows),
+        "The caustics volume: geometry buffers, nearest and farthest, at 128 x 128 texels": (
+            maps.BUFFER_HEAD,
+            maps.buffer_rows,
+        ),
         "The caustics volume: surfaces that light meets": (maps.SURFACE_HEAD, maps.surface_rows),
         "Caustics mapping: look-ups": (maps.LOOK_UP_HEAD, maps.look_up_rows),
         "Caustics mapping: grids at 256 x 256 texels": (maps.GRID_HEAD, maps.grid_rows),

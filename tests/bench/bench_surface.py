@@ -97,9 +97,9 @@ def _surface(water, depth, settings, reconstruction):
 
 
 def errors(image, true):
-    """Mean squared error over the squared mean, and over the mean square, as text."""
+    """Mean squared error over the mean square, as the tolerance is, and over the squared mean, as text."""
     squared = ((image - true) ** 2).mean()
-    return f"{squared / true.mean() ** 2:.2g}", f"{squared / (true**2).mean():.2g}"
+    return f"{squared / (true**2).mean():.2g}", f"{squared / true.mean() ** 2:.2g}"
 
 
 def rows(quads):
@@ -134,7 +134,7 @@ def main():
     quads = int(sys.argv[1]) if len(sys.argv) > 1 else 128
     table = Table()
     table.head(
-        "water", "mesh", "triangles", "tolerance", "surface", "error / mean^2", "error / mean square", "energy",
+        "water", "mesh", "triangles", "tolerance", "surface", "error", "by squared mean", "energy",
         "of that, surface [s]", "all [s]",
     )  # fmt: skip
     for row in rows(quads):

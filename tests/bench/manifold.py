@@ -9,7 +9,8 @@ A step goes in the tangent plane of M's triangle and is projected back to the su
 none, the step is halved. MNEE starts where the straight ray to the light passes the water, as the conic walk does. SMS
 starts at points drawn evenly over the water: biased, N starts are made and the paths that they find are summed once
 each; unbiased, one start finds a path with an unknown probability p, and its light is weighted by the number of further
-starts until the same path is found again, which is 1 / p in the mean.
+starts until the same path is found again, which is 1 / p in the mean. Starts may be drawn near the receiver's point,
+too: over the disc in which all its paths pass the water.
 
 [1] Hanika, Droske & Fascione 2015, Manifold Next Event Estimation.
 [2] Zeltner, Georgiev & Jakob 2020, Specular Manifold Sampling for Rendering High-Frequency Caustics and Glints.
@@ -21,6 +22,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from dapple.kernels.optics import cosine_refracted
 from dapple.kernels.rays import MISS, Tracer, soup
 from dapple.kernels.walk.paths import LightPaths
 
@@ -73,6 +75,27 @@ class Manifold:
         over = a + b > 1
         a, b = np.where(over, 1 - a, a), np.where(over, 1 - b, b)
         return Ends(np.minimum(triangle, len(self._triangles) - 1), np.stack([1 - a - b, a, b], 1))
+
+    def near(self, point, rng):
+        """Starts (n,) for points `point` (n,) in 0..K-1, drawn evenly over the discs around where still water would let
+        a path pass to them, as wide as its waves throw light aside. The water is level and its light one sun's."""
+        at, level = self.points[point], np.median(self._positions[:, 2])
+        still = self._slants(np.array([[0.0, 0.0, 1.0]]))
+        reach = np.linalg.norm(self._slants(self._normals) - still, axis=1).max()
+        depth, turn = level - at[:, 2], 2 * np.pi * rng.random(len(point))
+        radius = depth * reach * np.sqrt(rng.random(len(point)))
+        start = at - depth[:, None] * np.append(still[0], 0.0)
+        start += radius[:, None] * np.stack([np.cos(turn), np.sin(turn), np.zeros(len(point))], 1)
+        up = np.broadcast_to([0.0, 0.0, 1.0], start.shape)
+        return self._on(self._water.first(start, up), start, up)
+
+    def _slants(self, normals):
+        """How far (n,2) light that passes water of `normals` (n,3) moves aside for each metre that it falls."""
+        n = normals / np.linalg.norm(normals, axis=1, keepdims=True)
+        s, _, _ = self._source.incident(np.zeros((3, 1)))
+        cos_i = n @ s[:, 0]
+        t = -s[:, 0] / self.eta + (cos_i / self.eta - cosine_refracted(cos_i, self.eta))[:, None] * n
+        return -t[:, :2] / t[:, 2:]
 
     def position(self, ends):
         """Points (n,3) of the water at Ends."""
@@ -175,14 +198,20 @@ def mnee(manifold):
     return manifold.light(point, ends), ends.triangle >= 0
 
 
-def sms_biased(manifold, starts, rng):
+def anywhere(manifold):
+    """What draws starts over all of the water, for `sms_biased` and `sms_unbiased`; `Manifold.near` is the other."""
+    return lambda point, rng: manifold.drawn(len(point), rng)
+
+
+def sms_biased(manifold, starts, rng, draw=None):
     """Irradiance (K,) in red by so many starts a point, every path that they find once, and how many (K,) that are."""
+    draw = draw or anywhere(manifold)
     count = len(manifold.points)
     light, number = np.zeros(count), np.zeros(count, np.int64)
     known = np.full((starts, count, 3), np.inf)
     point = np.arange(count)
     for k in range(starts):
-        ends = manifold.walk(point, manifold.drawn(count, rng))
+        ends = manifold.walk(point, draw(point, rng))
         found = ends.triangle >= 0
         place = np.where(found[:, None], manifold.position(Ends(np.maximum(ends.triangle, 0), ends.weights)), np.nan)
         near = np.linalg.norm(known[:k] - place, axis=2) < _SAME * manifold.edge
@@ -193,20 +222,20 @@ def sms_biased(manifold, starts, rng):
     return light, number
 
 
-def sms_unbiased(manifold, samples, rng):
+def sms_unbiased(manifold, samples, rng, draw=None):
     """Irradiance (K,) in red, the mean of so many samples: the light of the path that a start finds, times the trials
     until it is found again; and the share of samples whose trials were cut off at TRIALS."""
-    count = len(manifold.points)
+    count, draw = len(manifold.points), draw or anywhere(manifold)
     light, cut = np.zeros(count), 0
     for _ in range(samples):
         point = np.arange(count)
-        ends = manifold.walk(point, manifold.drawn(count, rng))
+        ends = manifold.walk(point, draw(point, rng))
         rest = np.flatnonzero(ends.triangle >= 0)
         watts = manifold.light(rest, ends.take(rest))
         rest, watts = rest[watts > 0], watts[watts > 0]
         place = manifold.position(ends.take(rest))
         for trial in range(1, TRIALS + 1):
-            again = manifold.walk(rest, manifold.drawn(len(rest), rng))
+            again = manifold.walk(rest, draw(rest, rng))
             there = manifold.position(Ends(np.maximum(again.triangle, 0), again.weights))
             same = (again.triangle >= 0) & (np.linalg.norm(there - place, axis=1) < _SAME * manifold.edge)
             last = same if trial < TRIALS else np.ones(len(rest), bool)

@@ -28,7 +28,7 @@ def runs(scene, texels):
 
     if not all(isinstance(light, Sun) for light in scene.lights):
         raise ValueError("it is handed suns only")
-    stage = Stage(scene, texels[0].resolution)
+    stage = Stage(scene, [own.resolution for own in texels])
     straight, _ = stage.bake(STRAIGHT, casting=False)
     stage.bake(1, casting=True)  # warm
     radiance = scene.eta**2 if len(scene.water.triangles) else 1.0
@@ -43,10 +43,10 @@ def runs(scene, texels):
 class Stage:
     """The Scene in Blender, ready to be baked."""
 
-    def __init__(self, scene, resolution):
+    def __init__(self, scene, resolutions):
         bpy.ops.wm.read_factory_settings(use_empty=True)
         self.receivers, self.casters = [], []
-        for receiver in scene.receivers:
+        for receiver, resolution in zip(scene.receivers, resolutions, strict=True):
             made = _object(receiver, _dark(receiver.name, resolution))
             uvs = made.data.uv_layers.new(name="UVMap")
             uvs.data.foreach_set("uv", np.asarray(receiver.uvs, np.float32).ravel())

@@ -34,6 +34,8 @@ def _aimed(scene, texels):
     from bench.mitsuba_light import LightTracer
     from bench.peers import run_of
 
+    if len({own.resolution for own in texels}) > 1:
+        raise ValueError("its photons are for maps of one size")
     tracer = LightTracer(scene, mitsuba_scene.load(scene), texels[0].resolution)
     tracer.throw(PHOTONS[0], 1)  # all that is compiled is, from here on
     for photons in PHOTONS:

@@ -18,7 +18,9 @@ from .accuracy_meshes import exact
 from .accuracy_ponds import pool
 from .source_water import scaled, timed
 
-PHOTON_HEAD = "scene", "photons", "CPU [s]", "MAE", "relMSE"
+SIDES = (64, 128, 256)
+PHOTON_HEAD = "scene", "photons", "CPU [s]", *(f"MAE at {n} x {n} texels" for n in SIDES)
+BUFFER_HEAD = "scene", "pixels a side", "CPU [s]", "light", "MAE"
 SURFACE_HEAD = "scene", "surfaces at most", "light", "MAE"
 LOOK_UP_HEAD = "floor and sun", "look-ups after the first", "off, in texels, from here", "from x = 1 m", "by Newton"
 GRID_HEAD = "waves", "points along the water", "CPU [s]", "relMSE", "own estimate", "MAE"
@@ -27,9 +29,9 @@ SCENES = ("ball", "stone", "ring")
 SIDE = 128
 
 
-def _caster_scene(name):
+def _caster_scene(name, side=SIDE):
     scene = getattr(caster_scenes, name)()
-    return scene, [rasterise(r, SIDE) for r in scene.receivers]
+    return scene, [rasterise(r, side) for r in scene.receivers]
 
 
 def _judged(image, true):
@@ -38,16 +40,41 @@ def _judged(image, true):
 
 
 def photon_rows():
-    """Rows for PHOTON_HEAD: so many points on the casters, stratified, against beams at 1e-2."""
+    """Rows for PHOTON_HEAD: so many points on the casters, stratified, against beams at 1e-2, on maps of SIDES; time on
+    the one of SIDE."""
+    for name in SCENES:
+        maps = [_thrown(name, side) for side in SIDES]
+        for photons in (1e4, 2e4, 5e4, 1e6):
+            seconds, errors = zip(*(throw(photons) for throw in maps), strict=True)
+            yield name, int(photons), f"{seconds[SIDES.index(SIDE)]:.3f}", *(f"{error:.3f}" for error in errors)
+
+
+def _thrown(name, side):
+    """throw(photons): CPU seconds and the mean absolute error over the mean of so many points on a map."""
+    scene, texels = _caster_scene(name, side)
+    true = solve(scene, texels, Settings(tolerance=1e-2)).images[0][..., 0]
+    cast, count = over_casters(scene, texels, Settings())[0], len(texels[0].texel)
+
+    def throw(photons):
+        seconds, (flux, *_) = timed(lambda: cast.throw(photons, np.random.default_rng(0)))
+        image = texels[0].image(flux[:count] / texels[0].area[:, None])[..., 0]
+        return seconds, np.abs(image - true).mean() / true.mean()
+
+    return throw
+
+
+def buffer_rows():
+    """Rows for BUFFER_HEAD: what light meets first and last, in buffers of pixels, as one slab has them, with a photon
+    to each pixel and what becomes of it in the two."""
     for name in SCENES:
         scene, texels = _caster_scene(name)
         true = solve(scene, texels, Settings(tolerance=1e-2)).images[0][..., 0]
-        cast = over_casters(scene, texels, Settings())[0]
-        area = np.concatenate([t.area for t in texels])
-        for photons in (1e4, 2e4, 5e4, 1e6):
-            seconds, (flux, *_) = timed(lambda n=photons, c=cast: c.throw(n, np.random.default_rng(0)))
-            image = texels[0].image(flux[: len(texels[0].texel)] / area[: len(texels[0].texel), None])[..., 0]
-            yield name, int(photons), f"{seconds:.3f}", *_judged(image, true)
+        for pixels in (100, 200, 500):
+            settings = Settings("caustic_map", grid=pixels)
+            seconds, answer = timed(lambda s=scene, t=texels, how=settings: solve(s, t, how), 1)
+            image = answer.images[0][..., 0]
+            share = f"{100 * image.sum() / true.sum():.0f} %"
+            yield name, pixels, f"{seconds:.2f}", share, _judged(image, true)[0]
 
 
 def surface_rows():

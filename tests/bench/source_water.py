@@ -17,12 +17,12 @@ from .accuracy_meshes import exact
 from .accuracy_ponds import pool
 from .manifold import Manifold, mnee, sms_biased, sms_unbiased
 
-SIDE, QUADS = 64, 128
+SIDE, QUADS, TEXELS = 64, 128, (128, 512)
 MANIFOLD_HEAD = "waves", "method", "CPU [s]", "against the walk", "paths found", "light found", "MAE"
-TRIANGLE_HEAD = "triangles", "CPU [s]", "triangles crossed a texel"
+TRIANGLE_HEAD = "triangles", *(f"{n} x {n} texels: CPU [s]" for n in TEXELS), "triangles crossed a texel"
 PHOTON_HEAD = "method", "photons", "CPU [s]", "against the walk", "MAE", "relMSE"
-STARTS, SAMPLES = (1, 4, 20, 60), (1, 4, 16)
-PHOTONS = (1e4, 1e5, 1e6, 1e7)
+STARTS, SAMPLES = (1, 2, 4, 8, 20, 60), (1, 4, 16)
+PHOTONS = (1e4, 1e5, 1e6, 1e7, 4e7)
 _BRIGHTEST = 0.99  # of the points: the others lie on folds, where light at a point has no bound
 
 
@@ -68,13 +68,17 @@ def _finders(one):
     """Pairs of a name and a function that returns light (K,) and how many paths were found."""
     yield "conic walk, first root", lambda: _walked(one)
     yield "MNEE by Newton", lambda: _counted(*mnee(one))
-    for starts in STARTS:
-        yield f"SMS, biased, {starts} starts", lambda n=starts: _counted(*sms_biased(one, n, np.random.default_rng(n)))
-    for samples in SAMPLES:
-        yield (
-            f"SMS, unbiased, {samples} samples",
-            lambda n=samples: (sms_unbiased(one, n, np.random.default_rng(n))[0], None),
-        )
+    for where, draw in (("", None), (", starts near by", one.near)):
+        for starts in STARTS:
+            yield (
+                f"SMS, biased, {starts} starts{where and ' near by'}",
+                lambda n=starts, d=draw: _counted(*sms_biased(one, n, np.random.default_rng(n), d)),
+            )
+        for samples in SAMPLES:
+            yield (
+                f"SMS, unbiased, {samples} samples{where}",
+                lambda n=samples, d=draw: (sms_unbiased(one, n, np.random.default_rng(n), d)[0], None),
+            )
 
 
 def _counted(light, number):
@@ -95,14 +99,16 @@ def _walked(one):
 
 
 def triangle_rows():
-    """Rows for TRIANGLE_HEAD: the walk to the first root at 128^2 texels, on meshes of up to 2 million triangles."""
+    """Rows for TRIANGLE_HEAD: the walk to the first root, on meshes of up to 2 million triangles."""
     pond, settings = pool(), Settings("conic_walk", first_root=True, surface="mesh")
     for quads in (16, 32, 64, 128, 256, 512, 1000):
-        scene = pond.scene(exact(pond, quads))
-        texels = [rasterise(scene.receivers[0], 128)]
-        seconds, answer = timed(lambda s=scene, t=texels: solve(s, t, settings), 2)
+        scene, cells = pond.scene(exact(pond, quads)), []
+        for side in TEXELS:
+            texels = [rasterise(scene.receivers[0], side)]
+            seconds, answer = timed(lambda s=scene, t=texels: solve(s, t, settings), 2)
+            cells.append(f"{seconds:.3f}")
         steps = answer.diagnostics.paths["triangle_steps"] / len(texels[0].texel)
-        yield 2 * quads**2, f"{seconds:.3f}", f"{steps:.1f}"
+        yield 2 * quads**2, *cells, f"{steps:.1f}"
 
 
 def photon_rows():

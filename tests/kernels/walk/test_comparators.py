@@ -61,3 +61,14 @@ def test_unbiased_sampling_is_so():
     error = np.std(means, ddof=1) / np.sqrt(len(means))
     assert abs(np.mean(means) - true.mean()) < 4 * error
     assert error < 0.2 * true.mean()
+
+
+def test_starts_near_by_find_every_path_with_fewer():
+    one = manifold(five_sines)
+    true, number = every_path(one)
+    near, count = sms_biased(one, 24, np.random.default_rng(1), one.near)
+    far = sms_biased(one, 24, np.random.default_rng(1))[1]
+    assert (count <= number).all()
+    assert count.sum() > 0.97 * number.sum() > far.sum()
+    same = count == number
+    np.testing.assert_allclose(near[same], true[same], rtol=1e-4)
