@@ -23,7 +23,9 @@ _POINT = 0.25  # texels: parts smaller than this that straddle more land point b
 _DEPTH = 14  # splits at most
 _MANY = 1 << 18  # parts of which it pays to look again whether anything hides in them
 _JUMP = 16.0  # texels: parts that are cut and land further apart than this are looked at for seams
-_HIDDEN = 0.5  # texels: parts smaller than this none of whose rays lands have no light that does, though it is near
+_HIDDEN = (
+    1.0  # texels: parts smaller than this none of whose rays lands, near light that does, are looked at by a point
+)
 _NEAR = 4.0  # texels: so far apart may rays that agree land, if those about them do not, for light to lie between them
 _EVEN = np.array([1, 1, 1, 3, 3, 3]) / 12  # shares of the six rays: six triangles have a corner, two a middle
 _PARTS = ([0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5])  # of corners 0, 1, 2 and the middles 3, 4, 5 of their edges
@@ -96,6 +98,8 @@ class _Work:
         causes = (*LOST.values(), *self.rows.causes())
         self.lost = {cause: np.zeros(sheet.channels) for cause in causes}
         self.met, self.error, self.tolerance = 0.0, 0.0, tolerance
+        self._chance = np.random.default_rng(0)
+        self.spent = 0.0  # of the tolerance: parts that are too small to be split have no choice
 
     def settle_mesh(self, mesh, area, clear):
         """Deposit the triangles of the water's own mesh that are ready, all but those of the largest errors, such that
@@ -111,6 +115,7 @@ class _Work:
         landed = np.flatnonzero(chart[at] >= 0)
         at = at[landed]
         self.error += error[at].sum()
+        self.spent = self.error
         if len(at) < len(lit):
             x, y, flux = np.take(x, at, axis=1), np.take(y, at, axis=1), np.take(flux, landed, axis=1)
         self.sheet.add_mesh(mesh, at, x, y, flux)
@@ -135,8 +140,11 @@ class _Work:
             cut[at] = self._cut(nodes, ordered, area[at], shade[at], size[at])
         small = last | (self._widest(nodes, six, area) < _POINT)
         done = (whole | small) & ~cut
-        at = np.flatnonzero(done & sheet)
+        unseen = done & sheet & ~clear & self._dark(chart[0]) if self.lander.hides else np.zeros(len(area), bool)
+        self._look(nodes, six[:3, unseen], area[unseen], shade[unseen])
+        at = np.flatnonzero(done & sheet & ~unseen)
         self.error += error[done & np.isfinite(error)].sum()
+        self.spent += error[whole & ~cut].sum()
         weigh = slice(3, 6) if self.uneven else slice(0, 3)  # the middles give the mean of a quadratic
         self._spread(nodes.take(six[:3, at].ravel()), area[at], self._book(nodes, six[weigh][:, at], area[at]))
         torn = done & ~sheet
@@ -198,7 +206,7 @@ class _Work:
         other half is for the parts of the others.
         """
         known = np.isfinite(error)
-        most = cut_off(error[known], (self.tolerance - self.error) / 2, None if weight is None else weight[known])
+        most = cut_off(error[known], (self.tolerance - self.spent) / 2, None if weight is None else weight[known])
         seen = (clear & (chart != UNLIT)) | (size < np.where(self._dark(chart), _HIDDEN, self.sight))
         return known & (error <= (most if weight is None else most * weight)) & seen
 
@@ -224,6 +232,18 @@ class _Work:
         chart, landed = corners.chart[: len(area)], np.flatnonzero(corners.chart[: len(area)] >= 0)
         x, y = (v.reshape(3, -1)[:, landed] for v in (corners.x, corners.y))
         self.sheet.add_triangles(chart[landed], x, y, flux[:, landed])
+
+    def _look(self, nodes, corner, area, shade):
+        """Land beams corner (3,n) of area (n,), none of whose rays lands, by one point in each, anywhere: on the whole
+        that is what hides there."""
+        first, second = self._chance.random((2, len(area)))
+        out = first + second > 1
+        first, second = np.where(out, 1 - first, first), np.where(out, 1 - second, second)
+        shares = 1 - first - second, first, second
+        inside = (sum(np.take(v, c, axis=1) * w for c, w in zip(corner, shares)) for v in (nodes.m, nodes.n))
+        landed = self.lander.land(*inside, shade)
+        self.error += ((area * self.rows.passed(landed.carried) / self.finest)[landed.chart >= 0] ** 2).sum()
+        self._points(landed, area)
 
     def _pieces(self, nodes, six, area):
         """Land beams six (6,n) of area (n,) by the four parts between their rays: where the three of one agree spread

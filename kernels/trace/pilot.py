@@ -3,8 +3,9 @@
 Where neighbouring rays go different ways, and do so round about, there is no sheet of light that beams could follow:
 more points do better, and as nothing is left out between them they keep the flux. How many a cell gets is such that a
 ray more brings the same anywhere; where the pilot's are as many they land it. Beams land the rest: smooth light, and
-its outlines, which are one cell wide. What a cell gets is decided by those about it, hardly by its own few points:
-else light that they happen to miss would be lost, and what they happen to find kept.
+its outlines, which are one cell wide. What a cell gets is decided by those about it and never by its own few points:
+else light that they happen to miss would be lost, and what they happen to find kept. So what is found alone is landed
+as it was found.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from .codes import MOST
 
 ALONG = 2  # points along the side of a cell
 PILOT, POINTS, BEAMS = 0, 1, 2
-_ROUGH = 6  # of nine cells: so many around, and with, a cell are to be mixed
+_ROUGH = 5  # of eight cells: so many around a cell are to be mixed
 _MORE = 64  # points along the side of a cell, at most
 _HALVINGS = 40
 
@@ -37,7 +38,7 @@ class Pilot:
         self._words, own = words[strong].tolist(), number[of_word]
         self._kind = np.full((len(strong) + 1, self._count), PILOT)
         self._side = np.zeros((len(strong), self._count), np.int64)
-        self._torn = np.zeros((len(strong), self._count), bool)
+        self._torn, self._found = np.zeros((2, len(strong), self._count), bool)
         self._light = np.zeros((len(strong), self._count))
         noise = np.zeros((len(strong), self._count))
         order = np.argsort(own, kind="stable")
@@ -51,10 +52,22 @@ class Pilot:
         """Find out where light of code k is mixed, rough or smooth."""
         hits = np.bincount(cell, minlength=self._count)
         mixed = (hits > 0) & ((hits < ALONG**2) | self._parted(cell, path))
-        around = self._entry.around(mixed)
-        self._torn[k] = (around > 0) | (self._entry.around(self._parted(cell, end)) > 0)
-        self._light[k] = np.where(around >= _ROUGH, self._entry.around(np.bincount(cell, light, self._count)) / 9, 0.0)
-        self._kind[k] = np.where(around >= _ROUGH, POINTS, np.where(hits > 0, BEAMS, PILOT))
+        beside = self._beside(mixed)
+        self._torn[k] = mixed | (beside > 0) | (self._entry.around(self._parted(cell, end)) > 0)
+        rough = beside >= _ROUGH
+        self._light[k] = np.where(rough, self._beside(np.bincount(cell, light, self._count)) / 8, 0.0)
+        self._found[k] = (hits > 0) & ~rough
+        self._kind[k] = np.where(rough, POINTS, np.where(self._found[k] & self._near(k), BEAMS, PILOT))
+
+    def _beside(self, values):
+        """Sums (n,) of values (n,) over the eight cells round each."""
+        return self._entry.around(values) - values
+
+    def _near(self, k):
+        """Whether (n,) code k was found within two cells of each, itself not counted: what is found by chance, alone,
+        stands for what is not."""
+        found = self._found[k].astype(np.int64)
+        return self._entry.around(self._entry.around(found)) > self._entry.around(np.ones_like(found)) * found
 
     def _parted(self, cell, number):
         """Whether (n,) points of a cell (k,) differ by a number (k,)."""
@@ -91,12 +104,11 @@ class Pilot:
         return self._side.max(0, initial=0), [self._words[k] for k in used], want.astype(np.int64)
 
     def beams(self):
-        """Codes that beams land, and for each one the cells (n,) that they start from - those where it was found, and
-        what lies round them but is not left to points - and where (n,) some of it may hide between their rays."""
+        """Codes that beams land, and for each one the cells (n,) that they start from - those near which it was found
+        and which are not left to points - and where (n,) some of it may hide between their rays."""
         for k, word in enumerate(self._words):
-            found = self._kind[k] == BEAMS
-            if found.any():
-                beside = self._entry.around(found) > 0
-                near = self._entry.around(beside) > 0
-                rough = (self._side[k] > 0) | ((self._kind[k] == PILOT) & (self._light[k] > 0))
-                yield word, near & ~rough, np.where(found, self._torn[k], beside)
+            cells = self._near(k) & (self._kind[k] != POINTS)
+            cells &= (self._kind[k] == BEAMS) | (self._light[k] == 0)
+            if cells.any():
+                beside = self._entry.around(self._found[k]) > 0
+                yield word, cells, np.where(self._found[k], self._torn[k], beside)
