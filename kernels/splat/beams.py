@@ -23,9 +23,7 @@ _POINT = 0.25  # texels: parts smaller than this that straddle more land point b
 _DEPTH = 14  # splits at most
 _MANY = 1 << 18  # parts of which it pays to look again whether anything hides in them
 _JUMP = 16.0  # texels: parts that are cut and land further apart than this are looked at for seams
-_HIDDEN = (
-    1.0  # texels: parts smaller than this none of whose rays lands, near light that does, are looked at by a point
-)
+_HIDDEN = 1.0  # texels: parts smaller than this none of whose rays lands, near light that does, land by a point
 _NEAR = 4.0  # texels: so far apart may rays that agree land, if those about them do not, for light to lie between them
 _EVEN = np.array([1, 1, 1, 3, 3, 3]) / 12  # shares of the six rays: six triangles have a corner, two a middle
 _PARTS = ([0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5])  # of corners 0, 1, 2 and the middles 3, 4, 5 of their edges
@@ -138,7 +136,7 @@ class _Work:
         cut = np.zeros(len(area), bool)
         if len(at):
             cut[at] = self._cut(nodes, ordered, area[at], shade[at], size[at])
-        small = last | (self._widest(nodes, six, area) < _POINT)
+        small = last | (self._widest(nodes, six, area) < _POINT * self.lander.fine)
         done = (whole | small) & ~cut
         unseen = done & sheet & ~clear & self._dark(chart[0]) if self.lander.hides else np.zeros(len(area), bool)
         self._look(nodes, six[:3, unseen], area[unseen], shade[unseen])
@@ -166,7 +164,7 @@ class _Work:
         straddling, order = straddlers(chart)
         fit = (size < 1) | ((self._widest(nodes, six, area) < _CUT) & (clear | (size < self.sight)))
         if self.grazing:
-            fit &= size < _POINT  # what passes falls steeply towards the back of a normal
+            fit &= size < _POINT * self.lander.fine  # what passes falls steeply towards the back of a normal
         at = np.flatnonzero(straddling & fit & ~whole)
         ordered = np.take_along_axis(six[:, at], order[:, at], axis=0)
         x, y = (np.take(v, ordered[[1, 2, 4]]) for v in (nodes.x, nodes.y))
@@ -207,7 +205,7 @@ class _Work:
         """
         known = np.isfinite(error)
         most = cut_off(error[known], (self.tolerance - self.spent) / 2, None if weight is None else weight[known])
-        seen = (clear & (chart != UNLIT)) | (size < np.where(self._dark(chart), _HIDDEN, self.sight))
+        seen = (clear & (chart != UNLIT)) | (size < np.where(self._dark(chart), _HIDDEN * self.lander.fine, self.sight))
         return known & (error <= (most if weight is None else most * weight)) & seen
 
     def _dark(self, chart):

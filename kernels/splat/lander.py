@@ -74,10 +74,11 @@ class Lander:
     source: see `sources.py`; eta and sigma_a (3,) of the water; mirrored: reflect, do not refract; fresnel: refract by
     it. Charts are numbered through all receivers; image (charts,) is the receiver that each belongs to. rows: what rays
     carry; hides: light that lands may lie between rays that do not, however close they are where they start; grazing:
-    light is known to fall or rise steeply towards its borders.
+    light is known to fall or rise steeply towards its borders; fine: how much smaller than usual parts get before
+    points speak for them.
     """
 
-    certain, hides, grazing = False, False, False
+    certain, hides, grazing, fine = False, False, False, 1.0
 
     def __init__(
         self, receivers, texels, tracer, outlines, meetings, source, eta, sigma_a, mirrored=False, fresnel=True

@@ -57,7 +57,7 @@ class PlaneLander:
     or a Point; eta and sigma_a (3,) of the water; fresnel: refract by it.
     """
 
-    certain, hides, grazing, again = True, False, False, 0
+    certain, hides, grazing, again, fine = True, False, False, 0, 1.0
 
     def __init__(self, plane, chart, source, eta, sigma_a, fresnel=True):
         self.image = np.zeros(chart.max(initial=0) + 1, np.int64)

@@ -16,6 +16,7 @@ from .entry import BLOCK
 _ENDS = {MISS: MISSED, follow.BEYOND: BEYOND, follow.CULLED: CULLED, follow.BLOCKED: OCCLUDED, follow.FAINT: FAINT}
 _PATHS = 1 << 20  # charts times paths that have numbers of their own, at most
 _ASKED = 1 << 17  # points at once
+_STRICT = 1e-3  # of tolerances: one that is less asks for finer parts
 
 
 class Rows:
@@ -53,6 +54,7 @@ class CodeLander:
 
     def __init__(self, cast, words, brightness):
         self._cast, self._codes, self._brightness = cast, Codes(words), brightness
+        self.fine = 1.0 if cast.settings.tolerance >= _STRICT else 0.5
         charts = cast.arrivals.image
         self._most = max(_PATHS // max(len(charts), 1), 1)
         self.image = np.tile(charts, self._most)
