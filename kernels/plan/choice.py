@@ -36,6 +36,11 @@ class Plan:
     measures: dict[str, float] = field(default_factory=dict)
     glance: Glance | None = None
 
+    @property
+    def of_one(self):
+        """Whether there was no other choice to be weighed."""
+        return len(self.choices) == 1
+
     def settings(self, settings):
         """The Settings by which to solve what `settings` ask for."""
         without = (*settings.without, *self.choice.without)

@@ -6,7 +6,7 @@ goes with the contrast of the light, or with how far the mesh's normals are from
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -20,8 +20,8 @@ _ALIKE = 1.25  # times more or less: what is scaled by so little is scaled right
 @dataclass(frozen=True)
 class Glance:
     """contrast: mean square of the light over its squared mean, less 1, as a few hundred triangles tell; off: mean
-    squared deviation of the mesh's normals from its chords; both None for water that is no smooth height field.
-    around: in numbers, all else that a plan hangs on."""
+    squared deviation of the mesh's normals from its chords, None where nothing hangs on it; both None for water that is
+    no smooth height field; around: in numbers, all else that a plan hangs on."""
 
     contrast: float | None
     off: float | None
@@ -29,24 +29,27 @@ class Glance:
 
     @classmethod
     def of(cls, scene, texels, settings, footprints):
-        """The Glance at a Scene on Texels for Settings; footprints: the Footprints, None without texels or lights."""
-        contrast = off = None
+        """The Glance at a Scene on Texels for Settings, without `off`; footprints: the Footprints, None without texels
+        or lights."""
         some = glance(scene.water) if footprints is not None and is_smooth(scene.water) else None
-        if some is not None:
-            contrast = max(footprints.power(some) - 1, 0.0)
-            deviation, length = own_deviation(scene.water, some_edges(scene.water.triangles))
-            off = float((deviation * length) @ (deviation * length) / max(length @ length, np.finfo(float).tiny))
-        return cls(contrast, off, _around(scene, texels, settings))
+        contrast = max(footprints.power(some) - 1, 0.0) if some is not None else None
+        return cls(contrast, None, _around(scene, texels, settings))
+
+    def closer(self, water):
+        """The Glance with `off`, at its Water."""
+        if self.contrast is None:
+            return self
+        deviation, length = own_deviation(water, some_edges(water.triangles))
+        squared, area = (deviation * length) @ (deviation * length), length @ length
+        return replace(self, off=float(squared / max(area, np.finfo(float).tiny)))
 
     def over(self, other):
         """How much more than on another frame the light's contrast and the mesh's deviation are, as two factors; None
         where the frames are not alike."""
         if self.around != other.around or (self.contrast is None) != (other.contrast is None):
             return None
-        if self.contrast is None:
-            return 1.0, 1.0
         pairs = (self.contrast, other.contrast), (self.off, other.off)
-        ratios = [one / two if two > 0 else 1.0 if one == two else np.inf for one, two in pairs]
+        ratios = [one / two if two else 1.0 if one == two else np.inf for one, two in pairs]
         return tuple(ratios) if all(1 / _ALIKE <= ratio <= _ALIKE for ratio in ratios) else None
 
 

@@ -45,14 +45,18 @@ def planned(scene, texels, settings, smoothing, anchor=None):
     one."""
     footprints = Footprints.of(scene, texels)
     seen = Glance.of(scene, texels, settings, footprints)
-    alike = _scaled(anchor, seen, settings.tolerance) if anchor is not None else None
-    return alike or replace(_looked(scene, texels, settings, smoothing, anchor, footprints, seen), glance=seen)
+    if anchor is not None and anchor.glance is not None:
+        alike = _scaled(anchor, seen if anchor.of_one else seen.closer(scene.water), settings.tolerance)
+        if alike is not None:
+            return alike
+    plan = _looked(scene, texels, settings, smoothing, anchor, footprints, seen)
+    return replace(plan, glance=seen if plan.of_one else seen.closer(scene.water))
 
 
 def _scaled(anchor, seen, tolerance):
     """The anchor's Plan for a frame of which a Glance was `seen`; None where that is not alike, or another choice would
     be made."""
-    factors = seen.over(anchor.glance) if anchor.glance is not None else None
+    factors = seen.over(anchor.glance)
     if factors is None:
         return None
     contrast, off = factors
