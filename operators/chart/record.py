@@ -20,6 +20,7 @@ from .needs_picture import draw as draw_needs
 from .picture import draw
 
 VERSION = 1
+_OTHERS = "Squares: other renderers, on the smooth water of the reference, which is made for them beforehand."
 COLUMNS = tuple(field.name for field in fields(Row))
 
 
@@ -32,7 +33,7 @@ def written(request, number, scene, chart, warnings):
         "date": time.strftime("%Y-%m-%d"),
         "file": _name(),
         "frame": number,
-        "command": f"./dapple chart {_name()} --frame {number} --resolution {request.settings.resolution}",
+        "command": _command(request, number, chart),
         "machine": machine(),
         "versions": versions(),
         "settings": asdict(request.settings),
@@ -56,6 +57,12 @@ def written(request, number, scene, chart, warnings):
     write_json(paths[2], record)
     write_file(paths[0], picture)  # last: where it is, all is
     return paths
+
+
+def _command(request, number, chart):
+    """What makes this chart of the open file."""
+    peers = " --peers" if any(row.peer for row in chart.rows) else ""
+    return f"./dapple chart {_name()} --frame {number} --resolution {request.settings.resolution}{peers}"
 
 
 def table(rows):
@@ -118,4 +125,5 @@ def _lines(request, scene, chart):
     suns = f", with 2 x {truth.suns} suns for the disc" if truth.suns else ""
     size += f"Reference: all light, twice{suns}."
     mine = ", ".join(f"{name} {version}" for name, version in versions().items())
-    return [size, f"{machine()}, one core; {mine}. {time.strftime('%Y-%m-%d')}"]
+    others = [_OTHERS] if any(row.peer for row in chart.rows) else []
+    return [size, f"{machine()}, one core; {mine}. {time.strftime('%Y-%m-%d')}", *others]

@@ -4,6 +4,7 @@ import csv
 import io
 import json
 
+import numpy as np
 import pytest
 
 bpy = pytest.importorskip("bpy")
@@ -48,6 +49,20 @@ def test_a_scene_from_end_to_end(pool, tmp_path, capsys):
     assert float(by["flat", "still water"]["energy"]) == pytest.approx(0, abs=1e-4)
     assert by["auto", "Preview"]["method"] in ("flat", "photon_splat")
     assert (tmp_path / "here" / "chart.png").read_bytes()[:4] == b"\x89PNG"
+
+
+def test_peers_join_and_are_named(pool, tmp_path):
+    def peer(scene, settings, texels):
+        light = np.zeros((sum(len(own.texel) for own in texels), 3))
+        yield "peer: looking", None
+        known = {"rung": "peer", "label": "dark", "method": "peer", "asked": None, "seconds": 1.0, "runs": 1}
+        yield "peer: dark", {**known, "light": light, "seen": None}
+
+    words = ["chart", "--frame", "2", "--rungs", "flat", "--resolution", "16", "--out", str(tmp_path / "here")]
+    assert cli.main(words, (peer,)) == 0
+    known = json.loads((tmp_path / "here" / "chart.json").read_text())
+    assert known["command"].endswith("--resolution 16 --peers")
+    assert [(row["rung"], row["energy"]) for row in known["rows"] if row["peer"]] == [("peer", -1.0)]
 
 
 def test_what_is_stopped_leaves_nothing(pool, tmp_path):
