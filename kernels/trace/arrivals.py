@@ -8,6 +8,7 @@ import numpy as np
 
 from ..optics import dot
 from ..splat.lander import BACK, texel_maps
+from .picks import chosen, indices
 
 
 @dataclass
@@ -60,9 +61,9 @@ class Arrivals:
 
     def of(self, rays, end):
         """The Landed of those Rays that end (k,) on triangles of receivers."""
-        at = np.flatnonzero((end >= 0) & (end < self._surfaces.receiving))
-        rays, triangle = rays.take(at), end[at]
-        height, x, y = (np.take(self._maps[4 * k : 4 * k + 4], triangle, axis=1) for k in range(3))
+        part = chosen((end >= 0) & (end < self._surfaces.receiving))
+        at, rays, triangle = indices(part, len(end)), rays.take(part), end[part]
+        height, x, y = self._maps.take(triangle, 1, mode="clip").reshape(3, 4, -1)
         fall = dot(height, rays.direction)
         with np.errstate(divide="ignore", invalid="ignore"):  # a surface exactly along the ray
             distance = -(dot(height, rays.origin) + height[3]) / fall

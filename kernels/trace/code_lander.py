@@ -13,7 +13,8 @@ from . import follow
 from .codes import Codes
 from .entry import BLOCK
 
-_ENDS = {MISS: MISSED, follow.BEYOND: BEYOND, follow.CULLED: CULLED, follow.BLOCKED: OCCLUDED, follow.FAINT: FAINT}
+_ENDS = np.full(6, OCCLUDED)  # charts, from the end, of what is no triangle; the first is of all triangles
+_ENDS[[MISS, follow.BEYOND, follow.CULLED, follow.BLOCKED, follow.FAINT]] = MISSED, BEYOND, CULLED, OCCLUDED, FAINT
 _PATHS = 1 << 20  # charts times paths that have numbers of their own, at most
 _ASKED = 1 << 17  # points at once
 _STRICT = 1e-3  # of tolerances: one that is less asks for finer parts
@@ -74,11 +75,10 @@ class CodeLander:
 
     def _land(self, m, n, number):
         """As `land`, of one block."""
-        first, own = _alike(m)
-        asked = np.zeros((len(first), len(self._codes.words)), bool)
-        asked[own, number] = True
-        want = asked @ (1 << np.arange(asked.shape[1]))
-        record = np.zeros(asked.shape, np.int32)  # 0 for what does not come
+        order, starts, own = _alike(m)
+        first = order[starts]
+        want = np.bitwise_or.reduceat(np.left_shift(1, number[order]), starts) if len(order) else first
+        record = np.zeros((len(first), len(self._codes.words)), np.int32)  # 0 for what does not come
         columns, count = [_none(self.rows.total)], 1
         for start in range(0, len(first), BLOCK):
             for point, code, *found in self._follow(m[:, first[start : start + BLOCK]], want[start : start + BLOCK]):
@@ -86,7 +86,7 @@ class CodeLander:
                 columns.append(found)
                 count += len(point)
         chart, x, y, spread, carried = (np.concatenate(part, axis=-1) for part in zip(*columns, strict=True))
-        at = record[own, number]
+        at = record.ravel().take(own * record.shape[1] + number)
         chart, carried = np.take(chart, at), np.take(carried, at, axis=1)
         chart[(at == 0) & (self._cast.met(m) == 0)] = UNLIT
         return Nodes(m, n, chart, *(np.take(v, at) for v in (x, y, spread)), carried)
@@ -97,9 +97,7 @@ class CodeLander:
         rays, met = self._cast.start(m)
         for ended, end in self._cast.follower.ends(rays, self._codes, want):
             passed = ended.share * met[ended.photon]
-            chart, spread = np.where(end >= 0, OCCLUDED, MISSED), np.ones(len(end))
-            for code, own in _ENDS.items():
-                chart[end == code] = own
+            chart, spread = _ENDS[np.minimum(end, 0)], np.ones(len(end))
             (x, y), carried = np.zeros((2, len(end))), np.tile(passed, (self.rows.total, 1))
             landed = self._cast.landed(ended, end)
             at = landed.ray
@@ -121,8 +119,8 @@ def _none(rows):
 
 
 def _alike(m):
-    """One of each of the points m (3,k) that are the same, (u,), those near each other in a row, so that their rays
-    meet the same, and which (k,) of these each one is."""
+    """An order (k,) of points m (3,k) in which those that are the same follow each other, and those near each other,
+    so that their rays meet the same; where in it (u,) each other one starts, and which (k,) of these each point is."""
     key = np.zeros(m.shape[1], np.uint64)
     for row in m:
         key ^= np.ascontiguousarray(row).view(np.uint64)
@@ -136,7 +134,7 @@ def _alike(m):
     new = np.concatenate([[True], ordered[1:] != ordered[:-1]])[: len(key)]
     own = np.empty(len(key), np.int64)
     own[order] = np.cumsum(new) - 1
-    return order[new], own
+    return order, np.flatnonzero(new), own
 
 
 def _place(m):

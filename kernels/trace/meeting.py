@@ -25,9 +25,9 @@ class Meeting:
         self._point, self._distance, self._facet, normal, fall = met
         enters = fall < 0
         self._side = 1.0 - 2.0 * ~enters  # of the facet, to which light comes
-        self._twice = np.take(surfaces.twice, self._triangle)
+        self._twice = surfaces.twice.take(self._triangle)
         self._key = surfaces.crossings.key(pick(rays.state, at), self._twice, enters)
-        self._kind = np.take(surfaces.crossings.kind, self._key)
+        self._kind = surfaces.crossings.kind.take(self._key)
         self._odd = self._kind.any()  # else light may go both ways everywhere
         # Where a facet is seen whose normal looks away, light grazes what the mesh samples: all of it goes straight on.
         self._normal = normal
@@ -36,7 +36,7 @@ class Meeting:
     def leave(self, codes=None):
         """The Rays that leave; of Codes, those that are still on their way to one that they ask for."""
         code = pick(self._rays.code, self._at)
-        self._ratio = np.take(self._surfaces.crossings.ratio, self._key)
+        self._ratio = self._surfaces.crossings.ratio.take(self._key)
         cos_t, share = fresnel(self._cos_i, self._ratio)
         passed, turned = self._branches(code, codes, cos_t)
         parts = self._passed(passed, cos_t, share, code, codes), self._turned(turned, share, code, codes)
@@ -77,7 +77,7 @@ class Meeting:
             bent, tint = np.where(straight, direction, bent), np.where(straight, 1.0, tint)
             share, after = np.where(straight, 1.0, share), np.where(straight, code, after)
         start = point - (surfaces.off * side) * facet
-        state = np.take(surfaces.crossings.passed, pick(self._key, at))
+        state = surfaces.crossings.passed.take(pick(self._key, at))
         return bent, start, share, tint, state, after
 
     def _turned(self, at, share, code, codes):
@@ -90,26 +90,26 @@ class Meeting:
         tint, after = self._tint(surfaces.reflects, at), _next(codes, 0, code)
         if self._odd:
             mirror, material = pick(self._kind, at) == MIRROR, pick(self._twice, at) // 2
-            f0, f90 = (np.take(v, material, axis=1) for v in (surfaces.f0, surfaces.f90))
+            f0, f90 = (v.take(material, axis=1) for v in (surfaces.f0, surfaces.f90))
             tint = np.where(mirror, schlick(cos_i, f0, f90), tint)
             share, after = np.where(mirror, 1.0, share), np.where(mirror, code, after)
         start = point + (surfaces.off * side) * facet
         direction = _on_its_side(reflected(direction, normal, cos_i, side), facet, side)
-        state = np.take(surfaces.crossings.turned, pick(self._key, at))
+        state = surfaces.crossings.turned.take(pick(self._key, at))
         return direction, start, share, tint, state, after
 
     def _tint(self, colours, at):
         """Of colours (C,materials) those (C,k) of the materials of those `at`, or None where nothing has one."""
         if not (self._surfaces.tinted or self._odd):
             return None
-        return np.take(colours, pick(self._twice, at) // 2, axis=1)
+        return colours.take(pick(self._twice, at) // 2, axis=1)
 
     def _gone(self, both, direction, start, share, tint, state, code):
         """The Rays that leave, of those `both` that meet, with what changes on the way."""
         rays, surfaces, old = self._rays, self._surfaces, within(self._at, both)
         triangle, key = pick(self._triangle, both), pick(self._key, both)
         distance, path = pick(self._distance, both), pick(rays.path, old)
-        met_patch = path + np.take(surfaces.patch, triangle)
+        met_patch = path + surfaces.patch.take(triangle)
         met_patch += 1
         met_patch *= _MIX
         counts = True
@@ -118,8 +118,8 @@ class Meeting:
             met_patch = np.where(counts, met_patch, path)
         colour = pick(rays.colour, old)
         if surfaces.absorbing:
-            colour = surfaces.dimmed(colour, np.take(surfaces.crossings.before, key), distance)
-        wrong, astray = np.take(surfaces.crossings.wrong, key), pick(rays.astray, old)
+            colour = surfaces.dimmed(colour, surfaces.crossings.before.take(key), distance)
+        wrong, astray = surfaces.crossings.wrong.take(key), pick(rays.astray, old)
         if wrong.any():
             astray = np.where(wrong, triangle + surfaces.solid + 1, astray)
         return type(rays)(

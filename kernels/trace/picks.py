@@ -15,7 +15,7 @@ def chosen(flags):
 
 def pick(array, at):
     """Columns `at`, ALL or indices (n,), of an array (...,k)."""
-    return array if at is ALL else np.take(array, at, axis=-1, mode="clip")
+    return array if at is ALL else array.take(at, -1, mode="clip")
 
 
 def some(at):

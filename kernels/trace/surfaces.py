@@ -85,7 +85,7 @@ class Surfaces:
         """Where rays from origins along directions (3,k) meet bending triangles (k,), numbered from 0: points (3,k),
         distances (k,), facets' unit normals (3,k) out of what they enclose, the shading's, and the products (k,) of the
         first with the directions."""
-        rows = np.take(self._table, triangle, axis=1, mode="clip")
+        rows = self._table.take(triangle, 1, mode="clip")
         facet = rows[:3]
         fall = dot(facet, direction)
         distance = dot(facet, origin)
