@@ -9,6 +9,7 @@ weighted by products of the four pieces of the cubic B-spline along each axis [1
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -59,6 +60,7 @@ class Samples:
         """B^T z (rows, columns) of numbers z (n,)."""
         return self._sum(self._weight * z)
 
+    @cached_property
     def diagonal(self):
         """Diagonal (rows, columns) of B^T B."""
         return self._sum(self._weight**2)

@@ -18,7 +18,9 @@ def evened(normals, bends, tessellation):
     count = normals.shape[1] - bends.shape[1] * (k - 1) - corners.shape[1] * inside
     # e.H e is -8 bends, and a part's is k^-2 of its triangle's
     over = np.take(bends, edges, axis=1).sum(1) / (3 * k * k)
-    of = [_means(over, corners, count), np.repeat(_means(over, edges, bends.shape[1]), k - 1, axis=1)]
+    of = [_means(over, corners, count)]
+    if k > 1:
+        of.append(np.repeat(_means(over, edges, bends.shape[1]), k - 1, axis=1))
     out = normals + np.concatenate([*of, np.repeat(over, inside, axis=1)], axis=1)
     return out / np.maximum(np.sqrt((out**2).sum(0)), np.finfo(float).tiny)
 

@@ -39,20 +39,20 @@ class HeightField:
         return out
 
 
-def fit(points, distance, smoothing, tolerance=_TOLERANCE):
+def fit(points, distance, smoothing, tolerance=_TOLERANCE, sampled=Samples):
     """The HeightField nearest to points (n,3).
 
     distance [m]: typical distance of neighbouring points in plan; smoothing: lambda, in points per cell; tolerance:
-    residuals of the normal equations, relative to their right side, coarse and fine.
+    residuals of the normal equations, relative to their right side, coarse and fine; sampled: makes the Samples.
     """
     x, y, _ = points.T
     rest, plane = detrended(points)
     lattice = coarse_lattice(points[:, :2], distance)
     penalty = smoothing * len(rest) / (4 * lattice.cells[0] * lattice.cells[1])
     c = np.zeros(lattice.shape)
-    c = solve(Samples(lattice, x, y), rest, penalty / _COARSER, c, tolerance[0])
+    c = solve(sampled(lattice, x, y), rest, penalty / _COARSER, c, tolerance[0])
     lattice = lattice.halved()
-    return HeightField(lattice, solve(Samples(lattice, x, y), rest, penalty, insert_knots(c), tolerance[1]), plane)
+    return HeightField(lattice, solve(sampled(lattice, x, y), rest, penalty, insert_knots(c), tolerance[1]), plane)
 
 
 def fit_tolerance(error):
@@ -77,7 +77,7 @@ def coarse_lattice(points, distance):
 
 def solve(samples, z, penalty, c, tolerance):
     """Coefficients (rows, columns) for heights z (n,) at Samples, by conjugate gradients from c on."""
-    diagonal = samples.diagonal() + penalty * _roughness_diagonal(samples.shape)
+    diagonal = samples.diagonal + penalty * _roughness_diagonal(samples.shape)
     diagonal[diagonal == 0] = 1  # coefficients that nothing asks for
     right = samples.spread(z)
     goal = tolerance**2 * (right**2).sum()

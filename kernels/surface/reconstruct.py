@@ -20,6 +20,7 @@ import numpy as np
 from .deviation import own_deviation, rms, some_edges
 from .evening import evened
 from .footprints import Footprints
+from .scaffold import Scaffold
 from .smoothing import Smoothing
 from .splines import Splines, settled
 from .tessellate import Tessellation
@@ -29,6 +30,7 @@ from .window import look
 # blue-noise and iso-surface meshes of five waters: of interpolation between evened slopes, and of a mesh's own.
 _INTERPOLATED, _OWN = 1.2, 15.0
 _HALVED = 0.4  # texels, half axis of a sun's disc that leaves half of that error: measured on the pool and four waters
+_FEW = 2  # parts that mostly do: the errors of more are not asked for at once
 _SAMPLED = 2048  # triangles that errors are predicted from
 # A prediction is off by so much now and then; that of one part a triangle is not: the truth was 0.01 to 0.82 of it on
 # 24 waters of tests/bench/accuracy_ponds.py and estimate_ponds.py.
@@ -87,7 +89,7 @@ class Reconstruction:
     """
 
     def __init__(self, smoothing=None):
-        self._known, self._smoothing = None, smoothing or Smoothing()
+        self._known, self._smoothing, self._scaffold = None, smoothing or Smoothing(), Scaffold()
         self.error, self.power = 0.0, 1.0
 
     def apply(self, water, need):
@@ -103,7 +105,7 @@ class Reconstruction:
             if seen is not None:
                 self.error = need.footprints.own(seen)
             return water, _AS_IT_IS + "which is fine enough"
-        splines = Splines(water, self._smoothing, need.tolerance)
+        splines = Splines(water, self._smoothing, need.tolerance, self._scaffold)
         level, upright, between = splines.count(water.triangles)
         if not level + upright:
             return water, _AS_IT_IS + "since it is nowhere a wide and smooth height field"
@@ -126,13 +128,12 @@ class Reconstruction:
             self.error = _INTERPOLATED * deviation**2 / parts**4
             return parts
         self.power = need.footprints.power(some)
-        errors = need.footprints.tessellated(some, range(1, most + 1))
-        enough = np.flatnonzero(
-            [margin(k + 1) * error <= need.tolerance * self.power for k, error in enumerate(errors)]
-        )
-        k = int(enough[0]) if len(enough) else most - 1
-        self.error = float(errors[k])
-        return k + 1
+        for parts in (range(1, min(_FEW, most) + 1), range(_FEW + 1, most + 1)):
+            for k, error in zip(parts, need.footprints.tessellated(some, parts), strict=True):
+                self.error = float(error)
+                if margin(k) * error <= need.tolerance * self.power:
+                    return k
+        return most
 
     def _tessellation(self, water, cut, parts):
         """The Tessellation of the frame before, where that is of the same triangles, or a new one."""

@@ -36,12 +36,13 @@ def turned_back(vectors, axis):
     return np.roll(vectors, axis - 2, axis=0)
 
 
-def find_sheets(positions, triangles):
-    """The Sheets of a mesh: positions (V,3), triangles (T,3). Those over the plan come first; upright ones only where
-    the mesh has faces on none of these."""
+def find_sheets(positions, triangles, body=None):
+    """The Sheets of a mesh: positions (V,3), triangles (T,3), and its `components` (V,), if known. Those over the plan
+    come first; upright ones only where the mesh has faces on none of these."""
     normals = _face_normals(positions, triangles)
     area = np.sqrt((normals**2).sum(0))
     sheets, rest = [], np.ones(len(triangles), bool)
+    body = components(triangles, len(positions)) if body is None else body
     for axis in (2, 0, 1):
         steep = ~(np.abs(normals[axis]) >= _STEEP * area)
         needles = np.flatnonzero(steep)
@@ -49,7 +50,7 @@ def find_sheets(positions, triangles):
         steep[needles] = False
         height = normals[axis].copy()
         height[needles] = 0
-        for sheet in _along(axis, height, steep, area, triangles, len(positions), rest):
+        for sheet in _along(axis, height, steep, area, triangles, body, rest):
             sheets.append(sheet)
             rest &= ~sheet.on[triangles].all(1)
         if not rest.any():
@@ -57,9 +58,10 @@ def find_sheets(positions, triangles):
     return sheets
 
 
-def _along(axis, height, steep, area, triangles, count, rest):
+def _along(axis, height, steep, area, triangles, body, rest):
     """The Sheets with heights along an axis that hold faces of `rest` (T,), by the faces' normals along it (T,) and
     whether they are steep. Faces that look up and down never share one."""
+    count = len(body)
     up, down, touching = np.zeros((3, count), bool)
     up[triangles[height > 0]] = down[triangles[height < 0]] = touching[triangles[steep]] = True
     both = up & down
@@ -68,7 +70,7 @@ def _along(axis, height, steep, area, triangles, count, rest):
     for _ in range(_RINGS if far.any() else 0):
         far[triangles[far[triangles].any(1)]] = True
     faces = np.flatnonzero(~(steep | both[triangles].any(1)))
-    label = components(triangles[faces], count)
+    label = body if len(faces) == len(triangles) else components(triangles[faces], count)
     of_face = label[triangles[faces, 0]]
     size = np.bincount(of_face, np.abs(height[faces]), minlength=count)
     wanted = np.bincount(of_face, rest[faces], minlength=count) > 0

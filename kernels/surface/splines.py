@@ -9,7 +9,8 @@ from .compact import compact
 from .fit import fit, fit_tolerance
 from .footprints import Triangles
 from .hermite import between_corners
-from .sheets import components, find_sheets, turned, turned_back
+from .scaffold import Scaffold
+from .sheets import find_sheets, turned, turned_back
 from .smoothing import ON_THE_SURFACE
 
 _CREASE = 0.02  # of the distance of vertices, and
@@ -20,22 +21,23 @@ class Splines:
     """Height fields fitted to the sheets of a Water with smooth shading, and cubics between vertices that share none.
 
     smoothing: the Smoothing of the sequence, and afterwards that of this Water; tolerance: the relative mean squared
-    error of the light that is good enough, 0 for the best fit there is. sheets: those with vertices left on
-    them; cut (T,): whether a triangle hangs together with a vertex on any. positions, normals (3,V): of the vertices on
-    this surface.
+    error of the light that is good enough, 0 for the best fit there is; scaffold: the Scaffold of the sequence. sheets:
+    those with vertices left on them; cut (T,): whether a triangle hangs together with a vertex on any. positions,
+    normals (3,V): of the vertices on this surface.
     """
 
-    def __init__(self, water, smoothing, tolerance=0.0):
+    def __init__(self, water, smoothing, tolerance=0.0, scaffold=None):
+        self._scaffold = scaffold or Scaffold()
+        body = self._scaffold.body(water.triangles, len(water.positions))
         self._tolerance = fit_tolerance(tolerance)
         self.positions, self.normals = water.positions.T, water.normals.T
-        sheets = find_sheets(water.positions, water.triangles)
+        sheets = find_sheets(water.positions, water.triangles, body)
         self.smoothing = settled(smoothing, water, sheets)
         fields = [self._fit(sheet, water.triangles) for sheet in sheets]
         known = [(sheet, field) for sheet, field in zip(sheets, fields, strict=True) if sheet.on.any()]
         self.sheets, self._fields = [sheet for sheet, _ in known], [field for _, field in known]
         # The side of the normals is that of the mesh's own.
         self._sides = [-1.0 if self.normals[s.axis, s.on].sum() < 0 else 1.0 for s in self.sheets]
-        body = components(water.triangles, len(water.positions))
         alive = np.zeros(len(water.positions), bool)
         for sheet in self.sheets:
             alive[body[sheet.on]] = True
@@ -76,7 +78,7 @@ class Splines:
         distance = sheet.distance
         if smoothing > ON_THE_SURFACE:
             distance = _spacing(self.positions, sheet, triangles)
-        field = fit(points.T, distance, smoothing, self._tolerance)
+        field = fit(points.T, distance, smoothing, self._tolerance, self._scaffold.samples)
         off = np.abs(field.at(*points[:2])[0] - points[2])
         off_it = off > max(_CREASE * sheet.distance, _OUTLIER * 1.4826 * np.median(off))
         if off_it.any():

@@ -55,7 +55,7 @@ def test_spread_is_the_transpose_of_values(points):
     assert (samples.values(c) * z).sum() == pytest.approx((c * samples.spread(z)).sum(), rel=1e-12)
     unit = np.zeros(LATTICE.shape)
     unit[3, 4] = 1
-    assert samples.spread(samples.values(unit))[3, 4] == pytest.approx(samples.diagonal()[3, 4], rel=1e-12)
+    assert samples.spread(samples.values(unit))[3, 4] == pytest.approx(samples.diagonal[3, 4], rel=1e-12)
 
 
 def test_more_knots_are_the_same_spline(points):
