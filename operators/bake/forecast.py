@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import time
+
 from ...kernels.scene import Settings
 from ..buttons.choose import flagged_receivers
+from ..read.casters import caster_names
 from ..read.density import side_in_metres, size_for
 from ..read.receivers import can_receive, map_name
 from .memory import count_workers, memory_per_worker
 
-_FEW = 20  # receivers: panels are drawn many times a second
+# Panels are drawn many times a second.
+_FEW = 20  # receivers that are looked at
+_SECONDS = 2.0  # for which what casts is taken as it was
+_cast: dict[str, tuple[float, int]] = {}  # scene -> when, triangles
 
 
 def forecast(scene, view_layer):
@@ -19,7 +25,10 @@ def forecast(scene, view_layer):
     flagged = [scene.objects[name] for name in flagged_receivers(scene)]
     receivers = [o for o in chosen.receivers.all_objects if can_receive(o)] if chosen.receivers else flagged
     maps = {map_name(o): o for o in receivers if o != chosen.water}
-    each = memory_per_worker(_triangles(chosen.water, view_layer.depsgraph), _sizes(chosen, maps.values()), settings)
+    depsgraph = view_layer.depsgraph
+    water, casting = _triangles(chosen.water, depsgraph), _casting(scene, depsgraph, maps.values())
+    ground = sum(_triangles(o, depsgraph) for o in maps.values())
+    each = memory_per_worker(water, casting, ground, _sizes(chosen, maps.values()), settings)
     workers = 1 if chosen.reuse else count_workers(chosen.workers, holder.frame_end - holder.frame_start + 1, each)
     return workers, each
 
@@ -39,9 +48,21 @@ def size(count):
     return f"{count / 1e9:.1f} GB" if count >= 1e9 else f"{count / 1e6:.0f} MB"
 
 
-def _triangles(water, depsgraph):
-    """How many triangles the water has, as far as it was evaluated."""
-    if water is None or depsgraph is None:
+def _casting(scene, depsgraph, receivers):
+    """How many triangles the glass and metal of a scene have; looked up anew every few seconds."""
+    now = time.monotonic()
+    when, count = _cast.get(scene.name, (-_SECONDS, 0))
+    if depsgraph is not None and now - when >= _SECONDS:
+        others = {o.name for o in (*receivers, scene.dapple.water) if o}
+        found = map(scene.objects.get, caster_names(depsgraph, others))
+        count = sum(_triangles(o, depsgraph) for o in found if o)
+        _cast[scene.name] = now, count
+    return count
+
+
+def _triangles(obj, depsgraph):
+    """How many triangles an object has, as far as it was evaluated."""
+    if obj is None or depsgraph is None:
         return 0
-    mesh = water.evaluated_get(depsgraph).data
-    return max(0, len(mesh.loops) - 2 * len(mesh.polygons))
+    mesh = obj.evaluated_get(depsgraph).data
+    return max(0, len(mesh.loops) - 2 * len(mesh.polygons)) if obj.type == "MESH" else 0

@@ -8,22 +8,28 @@ from pathlib import Path
 
 from ...kernels.maps.packed import count_sheets
 
-# Fitted to what tests/bench/bench_workers.py measures: bytes of a worker without a frame, for each texel, and for each
-# triangle.
-_BASE, _TEXEL, _TRIANGLE = 60e6, 270.0, 650.0
+# Fitted to what tests/bench/bench_workers.py measures: bytes of a worker without a frame, for the texels of all images,
+# and for each triangle of the water and of receivers; where glass or metal casts, at least, and for each texel under
+# each triangle of it.
+_BASE, _TEXEL, _POWER, _TRIANGLE, _RECEIVER = 57e6, 6970.0, 0.8, 200.0, 1000.0
+_CASTING, _CAST = 200e6, 0.043
 _FINER = 58.0  # triangles of the smooth water, times the square root of texels of one map over tolerance
 _SHARE = 0.8  # of the memory that is free
 
 
-def memory_per_worker(triangles, sizes, settings):
-    """About how many bytes a worker takes at its peak, for water and casters of so many triangles and maps of `sizes`.
+def memory_per_worker(water, casters, receivers, sizes, settings):
+    """About how many bytes a worker takes at its peak, for so many triangles of water, of what else casts and of
+    receivers, and maps of `sizes`.
 
     The smooth water gets as many triangles as texels and tolerance ask for. Light is summed in blocks, which take the
-    same for all.
+    same for all, so that large maps take less for each texel.
     """
-    texels, maps = max(sizes, default=0) ** 2, count_sheets(sizes)
-    finer = _FINER * (texels / settings.tolerance) ** 0.5 if settings.surface == "auto" else 0.0
-    return _BASE + _TEXEL * texels * maps + _TRIANGLE * max(triangles, finer)
+    texels = max(sizes, default=0) ** 2
+    finer = _FINER * (texels / settings.tolerance) ** 0.5 if water and settings.surface == "auto" else 0.0
+    texels *= count_sheets(sizes)
+    over = _CASTING + _CAST * texels * casters if casters else 0.0
+    meshes = _TRIANGLE * max(water, finer) + _RECEIVER * receivers
+    return _BASE + _TEXEL * texels**_POWER + meshes + over
 
 
 def count_workers(wanted, frames, each):

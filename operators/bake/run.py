@@ -105,8 +105,9 @@ class Run:
     def _set_workers(self, frame):
         """Bound the workers by cores, memory and frames; light that is kept from frame to frame needs one for all."""
         request, scene = self._request, frame.scene
-        triangles = len(scene.water.triangles) + sum(len(c.triangles) for c in scene.casters)
-        each = memory_per_worker(triangles, frame.sizes, request.settings)
+        groups = ((scene.water,), scene.casters, scene.receivers)
+        counts = (sum(len(mesh.triangles) for mesh in group) for group in groups)
+        each = memory_per_worker(*counts, frame.sizes, request.settings)
         one = bool(request.settings.reuse)
         self._pool.most = 1 if one else count_workers(request.workers, len(request.frames), each)
 

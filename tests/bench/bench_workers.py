@@ -17,6 +17,7 @@ ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "workers_tables.md"
 POOLS = ((512, 1e-2), (1024, 1e-2), (2048, 1e-2), (512, 1e-3), (256, 1e-1))
 CASES = [("pool", *pair) for pair in POOLS] + [(n, 512, 1e-2) for n in ("ocean", "lagoon", "glass", "mirror_room")]
+CASES += [("ocean", 1024, 1e-2), ("lagoon", 256, 1e-2), ("glass", 256, 1e-2)]
 REPEATS = 3
 
 

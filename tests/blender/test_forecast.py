@@ -4,8 +4,10 @@ import bpy
 import pytest
 
 from dapple.kernels.scene import Settings
+from dapple.operators.bake import forecast as module
 from dapple.operators.bake import memory
 from dapple.operators.bake.forecast import forecast, size
+from dapple.tests.blender.attach_scene import principled, shader
 from dapple.tests.blender.small_pool import add_grid, build_pool
 
 
@@ -13,6 +15,7 @@ from dapple.tests.blender.small_pool import add_grid, build_pool
 def pool(empty_scene, tmp_path):
     build_pool(empty_scene, tmp_path / "out")
     bpy.context.view_layer.update()
+    module._cast.clear()
     return empty_scene
 
 
@@ -22,9 +25,37 @@ def test_it_is_that_of_the_frames_counts(pool):
     pool.dapple.resolution, pool.dapple.workers = 1024, 2
     workers, each = forecast(pool, bpy.context.view_layer)
     assert workers == 2
-    assert each == memory.memory_per_worker(
-        32, (1024, 1024), Settings(resolution=1024, tolerance=pool.dapple.tolerance)
-    )
+    settings = Settings(resolution=1024, tolerance=pool.dapple.tolerance)
+    assert each == memory.memory_per_worker(32, 0, 64, (1024, 1024), settings)
+
+
+def test_glass_counts(pool, monkeypatch):
+    before = forecast(pool, bpy.context.view_layer)[1]
+    ball(pool)
+    assert forecast(pool, bpy.context.view_layer)[1] == before, "looked at a moment ago"
+    monkeypatch.setattr(module, "_SECONDS", 0.0)
+    bpy.context.view_layer.update()
+    settings = Settings(resolution=16, tolerance=pool.dapple.tolerance)
+    assert forecast(pool, bpy.context.view_layer)[1] == memory.memory_per_worker(32, 960, 32, (16,), settings)
+
+
+def ball(scene):
+    """A ball of glass, of 960 triangles, beside the pool."""
+    bpy.ops.mesh.primitive_uv_sphere_add(location=(5, 0, 0))
+    material = principled("Glass")
+    shader(material).inputs["Transmission Weight"].default_value = 1.0
+    shader(material).inputs["Roughness"].default_value = 0.0
+    bpy.context.object.data.materials.append(material)
+
+
+def test_each_map_has_its_own_size_where_density_is_set(pool):
+    step = add_grid("Step", 0.3, pool.dapple.receivers)
+    step.scale = 0.25, 0.25, 1.0
+    bpy.context.view_layer.update()
+    pool.dapple.texels_per_metre = 60.0
+    settings = Settings(resolution=16, tolerance=pool.dapple.tolerance)
+    expected = memory.memory_per_worker(32, 0, 64, (128, 32), settings)
+    assert forecast(pool, bpy.context.view_layer)[1] == expected
 
 
 def test_modifiers_count(pool):

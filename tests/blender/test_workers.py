@@ -185,5 +185,5 @@ def test_a_worker_takes_about_what_is_stated():
         assert isinstance(last_answers(workers, 1)[1], Solved)
         status = Path(f"/proc/{workers._workers[0]._process.pid}/status").read_text().splitlines()
     (peak,) = (1024 * int(line.split()[1]) for line in status if line.startswith("VmHWM"))
-    stated = memory_per_worker(len(job.scene.water.triangles), (512,), settings)
+    stated = memory_per_worker(len(job.scene.water.triangles), 0, 2, (512,), settings)
     assert 0.5 < stated / peak < 2
