@@ -20,7 +20,7 @@ from .manifold import Manifold, mnee, sms_biased, sms_unbiased
 SIDE, QUADS, TEXELS = 64, 128, (128, 512)
 MANIFOLD_HEAD = "waves", "method", "CPU [s]", "against the walk", "paths found", "light found", "MAE"
 TRIANGLE_HEAD = "triangles", *(f"{n} x {n} texels: CPU [s]" for n in TEXELS), "triangles crossed a texel"
-PHOTON_HEAD = "method", "photons", "CPU [s]", "against the walk", "MAE", "relMSE"
+PHOTON_HEAD = "method", "photons", "CPU [s]", "against the walk", "MAE", "error"
 STARTS, SAMPLES = (1, 2, 4, 8, 20, 60), (1, 4, 16)
 PHOTONS = (1e4, 1e5, 1e6, 1e7, 4e7)
 _BRIGHTEST = 0.99  # of the points: the others lie on folds, where light at a point has no bound
@@ -122,7 +122,7 @@ def photon_rows():
     def row(name, photons, seconds, image):
         off = image - true
         share = f"{seconds / base:.1f}"
-        relative = (off**2).mean() / true.mean() ** 2
+        relative = (off**2).mean() / (true**2).mean()
         return name, photons, f"{seconds:.3f}", share, f"{np.abs(off).mean() / true.mean():.3f}", f"{relative:.1e}"
 
     others = [
