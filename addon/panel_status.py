@@ -8,8 +8,8 @@ from ..operators.bake.bake import output_folder
 from ..operators.bake.last_bake import last_bake
 from ..operators.errors import DappleError
 from ..operators.maps.overlay import colour_name
+from .choices import METHODS
 from .panels import Sidebar, wrapped
-from .properties import METHODS
 
 
 class DAPPLE_PT_status(Sidebar, bpy.types.Panel):

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from .flat.known import KnownStill, Level
+from .flat.level import Level
 from .plan.choice import Plan
 from .surface.reconstruct import Reconstruction
 from .surface.smoothing import Smoothing
@@ -31,6 +31,8 @@ class Kept:
     same without it, bit for bit."""
 
     def __init__(self, anchor=None):
+        from .flat.known import KnownStill  # it loads rays, which those that only hand anchors on do without
+
         self.anchor = anchor or Anchor()
         self.reconstruction = Reconstruction(self.anchor.smoothing)
         self.still = KnownStill(self.anchor.level)

@@ -12,7 +12,7 @@ from .anchor import Anchor, Kept
 from .caustic_map import caustic_map
 from .dispersion import etas, solve_channels
 from .flat import flat
-from .flat.known import Level
+from .flat.level import Level
 from .maps.packed import packed
 from .plan.planner import planned
 from .plan.words import reason, told

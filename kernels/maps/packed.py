@@ -12,9 +12,8 @@ from dataclasses import replace
 import numpy as np
 
 from ..scene import Receiver, Solution
+from .shelves import shelved
 from .texels import Texels
-
-_GAP = 4  # texels between neighbours: rounding lands light one texel past a border, at most
 
 
 class Packed:
@@ -23,7 +22,7 @@ class Packed:
     def __init__(self, scene, texels):
         self._receivers, self._texels = scene.receivers, texels
         self._side = max(own.resolution for own in texels)
-        self._places = _places([own.resolution for own in texels], self._side)
+        self._places = shelved([own.resolution for own in texels], self._side)
         sheets = [
             [
                 (scene.receivers[k], texels[k], *self._places[k][1:])
@@ -56,25 +55,6 @@ def packed(scene, texels):
     """The Packed of a Scene whose Texels differ in resolution; None where they do not."""
     mixed = len(texels) == len(scene.receivers) and len({own.resolution for own in texels}) > 1
     return Packed(scene, texels) if mixed else None
-
-
-def count_sheets(sizes):
-    """How many images of the largest size maps of these sizes are laid into."""
-    return max((sheet for sheet, _, _ in _places(sizes, max(sizes))), default=-1) + 1 if sizes else 0
-
-
-def _places(sizes, side):
-    """(sheet, row, column) of squares of these sizes in as few square sheets as shelves make of them: the largest
-    first, from left to right, each row as high as its first."""
-    places, sheet, row, column, height = [None] * len(sizes), 0, 0, 0, 0
-    for k in sorted(range(len(sizes)), key=lambda k: -sizes[k]):
-        if column + sizes[k] > side:
-            row, column, height = row + height + _GAP, 0, 0
-        if row + sizes[k] > side:
-            sheet, row, column, height = sheet + 1, 0, 0, 0
-        places[k] = (sheet, row, column)
-        column, height = column + sizes[k] + _GAP, max(height, sizes[k])
-    return places
 
 
 def _receiver(parts, side):

@@ -6,7 +6,7 @@ import os
 import sys
 from pathlib import Path
 
-from ...kernels.maps.packed import count_sheets
+from ...kernels.maps.shelves import count_sheets
 
 # Fitted to what tests/bench/bench_workers.py measures: bytes of a worker without a frame, for the texels of all images,
 # and for each triangle of the water and of receivers; where glass or metal casts, at least, and for each texel under

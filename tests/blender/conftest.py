@@ -52,3 +52,27 @@ def out(empty_scene, tmp_path):
         for frame in (3, 4, 5):
             write_exr(map_path(tmp_path, name, frame), np.full((4, 4, 3), float(frame)))
     return tmp_path
+
+
+@pytest.fixture
+def solved(monkeypatch):
+    """The water's heights that were solved, rounded."""
+    from dapple.tests.blender.small_pool import solve_by_height, use_solver
+
+    heights = []
+
+    def solve(scene, *rest):
+        heights.append(round(float(scene.water.positions[:, 2].mean()), 3))
+        return solve_by_height(scene, *rest)
+
+    use_solver(monkeypatch, solve)
+    return heights
+
+
+@pytest.fixture
+def pool(empty_scene, tmp_path, solved):
+    """The small pool, solved by the height of its water: 1, 1.1, 1.2 m and so on."""
+    from dapple.tests.blender.small_pool import build_pool
+
+    build_pool(empty_scene, tmp_path / "out")
+    return empty_scene

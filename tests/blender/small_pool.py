@@ -1,7 +1,9 @@
 """The least scene that can be baked, and a solver whose answer is known: what the tests of the pipeline share."""
 
+import json
 import sys
 import types
+from dataclasses import replace
 
 import bpy
 import numpy as np
@@ -87,6 +89,21 @@ def use_solver(monkeypatch, solve):
     fake.METHODS, fake.solve = {"photon_splat": None, "conic_walk": None}, solve
     monkeypatch.setitem(sys.modules, fake.__name__, fake)
     monkeypatch.setattr(dapple.kernels, "methods", fake, raising=False)
+
+
+def run(scene, **changes):
+    """Bake what the scene says, with changes to the request; returns its steps."""
+    return list(bake.bake(bpy.context, replace(bake.request_from_scene(scene), **changes)))
+
+
+def record(out):
+    """What bake.json in a folder holds."""
+    return json.loads((out / "bake.json").read_text())
+
+
+def content(out):
+    """{name: bytes} of every file under a folder."""
+    return {name: (out / name).read_bytes() for name in files_in(out)}
 
 
 def files_in(folder):

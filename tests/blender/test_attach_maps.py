@@ -10,7 +10,7 @@ bpy = pytest.importorskip("bpy")
 from dapple.operators.errors import DappleError  # noqa: E402
 from dapple.operators.maps.write import map_path, write_exr  # noqa: E402
 from dapple.operators.show.attach import attach, detach, refresh  # noqa: E402
-from dapple.tests.blender import waters  # noqa: E402
+from dapple.tests.blender import shown_waters  # noqa: E402
 from dapple.tests.blender.attach_scene import plane, principled, shader, state, surface_of, without_surface  # noqa: E402
 
 RADIANCE = 0.5 / math.pi
@@ -84,7 +84,7 @@ def test_water_casts_a_whole_shadow_while_maps_are_attached(out):
     assert glass.use_backface_culling_shadow
 
 
-@pytest.mark.parametrize("build", [waters.collection_instance, waters.linked_collection_instance])
+@pytest.mark.parametrize("build", [shown_waters.collection_instance, shown_waters.linked_collection_instance])
 def test_what_an_empty_shows_as_water_casts_the_shadow(out, tmp_path, build):
     """The water inside, unless it is of a library, which cannot be changed."""
     plane("Floor", principled())

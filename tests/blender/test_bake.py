@@ -1,6 +1,5 @@
 """A bake writes what was solved, frame by frame, and what was baked before stays."""
 
-import json
 import math
 import subprocess
 import sys
@@ -13,29 +12,22 @@ import pytest
 from dapple.operators.bake.bake import bake, request_from_scene
 from dapple.operators.errors import DappleError
 from dapple.tests.blender.exr_reader import read_exr
-from dapple.tests.blender.small_pool import HALF, add_grid, build_pool, files_in, solve_by_height, use_solver
+from dapple.tests.blender.small_pool import (
+    HALF,
+    add_grid,
+    build_pool,
+    files_in,
+    record,
+    run,
+    solve_by_height,
+    use_solver,
+)
 from dapple.tests.waves import transmitted
-
-
-@pytest.fixture
-def pool(empty_scene, tmp_path, monkeypatch):
-    """The small pool, solved by the height of its water."""
-    build_pool(empty_scene, tmp_path / "out")
-    use_solver(monkeypatch, solve_by_height)
-    return empty_scene
 
 
 @pytest.fixture
 def out(tmp_path):
     return tmp_path / "out"
-
-
-def run(scene, **changes):
-    return list(bake(bpy.context, replace(request_from_scene(scene), **changes)))
-
-
-def record(out):
-    return json.loads((out / "bake.json").read_text())
 
 
 def test_request_says_what_the_scene_says(pool, out):

@@ -2,52 +2,18 @@
 
 import errno
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import bpy
 import pytest
 
-from dapple.operators.bake.bake import bake, request_from_scene
 from dapple.operators.errors import DappleError
-from dapple.tests.blender.small_pool import build_pool, files_in, solve_by_height, use_solver
-
-
-@pytest.fixture
-def solved(monkeypatch):
-    """The water's heights that were solved, rounded."""
-    heights = []
-
-    def solve(scene, *rest):
-        heights.append(round(float(scene.water.positions[:, 2].mean()), 3))
-        return solve_by_height(scene, *rest)
-
-    use_solver(monkeypatch, solve)
-    return heights
-
-
-@pytest.fixture
-def pool(empty_scene, tmp_path, solved):
-    """The small pool, solved by the height of its water: 1, 1.1, 1.2 m and so on."""
-    build_pool(empty_scene, tmp_path / "out")
-    return empty_scene
+from dapple.tests.blender.small_pool import content, files_in, record, run
 
 
 @pytest.fixture
 def out(tmp_path):
     return tmp_path / "out"
-
-
-def run(scene, **changes):
-    return list(bake(bpy.context, replace(request_from_scene(scene), **changes)))
-
-
-def record(out):
-    return json.loads((out / "bake.json").read_text())
-
-
-def content(out):
-    return {name: (out / name).read_bytes() for name in files_in(out)}
 
 
 def test_what_is_on_disk_is_left_as_it_is_and_said(pool, out, solved):

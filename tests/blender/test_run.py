@@ -1,6 +1,5 @@
 """A bake under way: workers that answer in any order, or die, people that work on, and folders that go."""
 
-import json
 import os
 from dataclasses import replace
 
@@ -15,44 +14,12 @@ from dapple.operators.bake.progress import Progress, Waiting
 from dapple.operators.bake.turns import clear_up, partial_path
 from dapple.operators.errors import DappleError
 from dapple.tests.blender.exr_reader import read_exr
-from dapple.tests.blender.small_pool import InlinePool, build_pool, files_in, solve_by_height, use_solver
-
-
-@pytest.fixture
-def solved(monkeypatch):
-    """The water's heights that were solved, rounded."""
-    heights = []
-
-    def solve(scene, *rest):
-        heights.append(round(float(scene.water.positions[:, 2].mean()), 3))
-        return solve_by_height(scene, *rest)
-
-    use_solver(monkeypatch, solve)
-    return heights
-
-
-@pytest.fixture
-def pool(empty_scene, tmp_path, solved):
-    """The small pool, solved by the height of its water: 1, 1.1, 1.2 m and so on."""
-    build_pool(empty_scene, tmp_path / "out")
-    return empty_scene
+from dapple.tests.blender.small_pool import InlinePool, content, files_in, record, run
 
 
 @pytest.fixture
 def out(tmp_path):
     return tmp_path / "out"
-
-
-def run(scene, **changes):
-    return list(bake(bpy.context, replace(request_from_scene(scene), **changes)))
-
-
-def record(out):
-    return json.loads((out / "bake.json").read_text())
-
-
-def content(out):
-    return {name: (out / name).read_bytes() for name in files_in(out)}
 
 
 class Backwards(InlinePool):

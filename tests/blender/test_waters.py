@@ -17,7 +17,7 @@ from dapple.operators.read.caches import Player
 from dapple.operators.read.extract import read_scene
 from dapple.operators.read.find import find_object
 from dapple.operators.read.mesh_arrays import TopologyCache
-from dapple.tests.blender import waters
+from dapple.tests.blender import shown_waters, waters
 from dapple.tests.blender.exr_reader import read_exr
 from dapple.tests.blender.small_pool import add_grid
 from dapple.tests.waves import transmitted
@@ -35,14 +35,14 @@ SHEETS = (
     waters.alembic,
     waters.usd,
     waters.two_surfaces,
-    waters.collection_instance,
-    waters.surface_behind_an_instance,
-    waters.several_instances,
-    waters.nested_instances,
-    waters.linked_collection_instance,
-    waters.linked_object,
-    waters.library_override,
-    waters.linked_mesh,
+    shown_waters.collection_instance,
+    shown_waters.surface_behind_an_instance,
+    shown_waters.several_instances,
+    shown_waters.nested_instances,
+    shown_waters.linked_collection_instance,
+    shown_waters.linked_object,
+    shown_waters.library_override,
+    shown_waters.linked_mesh,
     waters.parented,
 )
 # What is not a sheet over 2 x 2 m: water with a bottom, through which light passes twice, and what moves to the sides.

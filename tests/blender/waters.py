@@ -1,4 +1,5 @@
-"""Waters by every means that Blender has without a window: each builder makes one, 2 x 2 m at z = 0.6 or near it.
+"""Waters by every means that Blender has without a window: each builder makes one, 2 x 2 m at z = 0.6 or near it;
+`shown_waters` has those that are instances, or of another file.
 
 Builders take the scene and a folder and return the names of what is picked as water.
 """
@@ -6,8 +7,6 @@ Builders take the scene and a folder and return the names of what is picked as w
 import bpy
 import numpy as np
 import pytest
-
-from dapple.operators.read.find import name_of
 
 QUADS, SIZE, HEIGHT = 12, 2.0, 0.6
 FRAMES = 1, 6
@@ -29,7 +28,7 @@ def surface(name, quads=QUADS, link=True, height=HEIGHT):
     return water
 
 
-def _rippling(water):
+def rippling(water):
     """A Wave modifier that moves on every frame."""
     wave = water.modifiers.new("Wave", "WAVE")
     wave.height, wave.width, wave.narrowness, wave.speed, wave.time_offset = 0.05, 0.6, 2.0, 0.05, -40
@@ -37,7 +36,7 @@ def _rippling(water):
 
 
 def wave(_scene, _folder):
-    return (_rippling(surface("Water")).name,)
+    return (rippling(surface("Water")).name,)
 
 
 def ocean(_scene, _folder):
@@ -162,7 +161,7 @@ def geometry_nodes_mesh(_scene, _folder):
 
 def geometry_nodes_instances(_scene, _folder, realise=False):
     """Tiles of a surface that geometry nodes set side by side, as instances or made real."""
-    tile = _rippling(surface("Tile"))
+    tile = rippling(surface("Tile"))
     tile.location = 0, 0, -50
     water = bpy.data.objects.new("Water", bpy.data.meshes.new("Water"))
     bpy.context.scene.collection.objects.link(water)
@@ -210,7 +209,7 @@ def metaballs(scene, _folder):
 
 def remesh(_scene, _folder):
     """A slab that is remeshed on every frame: other vertices in other numbers, closed, with a bottom."""
-    water = _rippling(surface("Water"))
+    water = rippling(surface("Water"))
     slab = water.modifiers.new("Slab", "SOLIDIFY")
     slab.thickness, slab.offset = 0.3, -1
     remesh = water.modifiers.new("Remesh", "REMESH")
@@ -249,7 +248,7 @@ def _cached(scene, folder, suffix, save, load):
     """A surface whose frames go to a cache file and come back as the only one in the scene."""
     if EXPORTERS[suffix] not in dir(bpy.ops.wm):
         pytest.skip(f"this Blender is built without .{suffix}")
-    water = _rippling(surface("Water"))
+    water = rippling(surface("Water"))
     scene.frame_start, scene.frame_end = FRAMES[0], FRAMES[-1]
     path = str(folder / f"water.{suffix}")
     save(path)
@@ -283,113 +282,10 @@ def two_surfaces(_scene, _folder):
     """Two basins side by side, each a half."""
     names = []
     for side in (-1, 1):
-        half = _rippling(surface(f"Basin {side}"))
+        half = rippling(surface(f"Basin {side}"))
         half.scale.x, half.location.x = 0.5, side * SIZE / 4
         names.append(half.name)
     return tuple(names)
-
-
-def _in_collection(water):
-    """A collection, not part of the scene, that holds a surface."""
-    ponds = bpy.data.collections.new("Ponds")
-    ponds.objects.link(water)
-    return ponds
-
-
-def _show(scene, collection, name):
-    """An Empty that shows a collection."""
-    empty = bpy.data.objects.new(name, None)
-    empty.instance_type, empty.instance_collection = "COLLECTION", collection
-    scene.collection.objects.link(empty)
-    return empty
-
-
-def collection_instance(scene, _folder):
-    """The surface is in no collection of the scene; an Empty shows it, turned and mirrored, and is picked."""
-    empty = _show(scene, _in_collection(_rippling(surface("Pond", link=False))), "Water")
-    empty.scale.x = -1
-    empty.rotation_euler.z = 0.5 * np.pi
-    return (empty.name,)
-
-
-def surface_behind_an_instance(scene, _folder):
-    """As `collection_instance`, but the surface itself is picked."""
-    pond = _rippling(surface("Pond", link=False))
-    _show(scene, _in_collection(pond), "Place")
-    return (pond.name,)
-
-
-def several_instances(scene, _folder):
-    """Four Empties that show the same surface side by side, half as large; all are picked."""
-    ponds = _in_collection(_rippling(surface("Pond", link=False, height=0.0)))
-    names = []
-    for k, (x, y) in enumerate(((-1, -1), (1, -1), (-1, 1), (1, 1))):
-        empty = _show(scene, ponds, f"Water {k}")
-        empty.location, empty.scale = (x * SIZE / 4, y * SIZE / 4, HEIGHT), (0.5, 0.5, 0.5)
-        names.append(empty.name)
-    return tuple(names)
-
-
-def nested_instances(scene, folder):
-    """An Empty that shows a collection with an Empty that shows the surface."""
-    inner = bpy.data.objects.new("Inner", None)
-    inner.instance_type = "COLLECTION"
-    inner.instance_collection = _in_collection(_rippling(surface("Pond", link=False)))
-    outer = bpy.data.collections.new("Outer")
-    outer.objects.link(inner)
-    return (_show(scene, outer, "Water").name,)
-
-
-def _library(folder, make):
-    """Write what `make` makes to a file of its own, take it out of this one; returns the path."""
-    kept = make()
-    path = str(folder / "library.blend")
-    bpy.data.libraries.write(path, {kept}, fake_user=True)
-    for thing in [*bpy.data.objects]:
-        if thing.name.startswith("Pond"):
-            bpy.data.objects.remove(thing)
-    for collection in [*bpy.data.collections]:
-        if collection.name.startswith("Ponds"):
-            bpy.data.collections.remove(collection)
-    return path
-
-
-def _link_ponds(folder):
-    """The collection of a library with a surface, linked."""
-    path = _library(folder, lambda: _in_collection(_rippling(surface("Pond", link=False))))
-    with bpy.data.libraries.load(path, link=True) as (_, to):
-        to.collections = ["Ponds"]
-    return to.collections[0]
-
-
-def linked_collection_instance(scene, folder):
-    return (_show(scene, _link_ponds(folder), "Water").name,)
-
-
-def linked_object(scene, folder):
-    """An object of a library that the scene holds itself, beside a local one of the same name elsewhere."""
-    pond = _link_ponds(folder).objects[0]
-    scene.collection.objects.link(pond)
-    scene.collection.objects.link(bpy.data.objects.new(pond.name, None))
-    return (name_of(pond),)
-
-
-def library_override(scene, folder):
-    """A library override: an object of this file by the name of the linked one."""
-    ponds = _link_ponds(folder)
-    scene.collection.children.link(ponds)
-    own = ponds.override_hierarchy_create(scene, bpy.context.view_layer)
-    scene.collection.children.unlink(ponds)
-    return (name_of(own.objects[0]),)
-
-
-def linked_mesh(scene, folder):
-    """A local object with the mesh of a library."""
-    mesh = _link_ponds(folder).objects[0].data
-    water = bpy.data.objects.new("Water", mesh)
-    water.location.z = HEIGHT
-    scene.collection.objects.link(water)
-    return (_rippling(water).name,)
 
 
 def parented(scene, _folder):
@@ -399,4 +295,4 @@ def parented(scene, _folder):
     water = surface("Water")
     water.parent = raft
     _slide(raft)
-    return (_rippling(water).name,)
+    return (rippling(water).name,)

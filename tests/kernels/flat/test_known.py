@@ -8,7 +8,8 @@ from waves import five_sines, grid, pool, quad, shaded_smooth, sun
 
 from dapple.kernels.anchor import Anchor, Kept
 from dapple.kernels.flat import known
-from dapple.kernels.flat.known import KnownStill, Level
+from dapple.kernels.flat.known import KnownStill
+from dapple.kernels.flat.level import Level
 from dapple.kernels.maps.texels import rasterise
 from dapple.kernels.methods import prepare, solve
 from dapple.kernels.scene import Occluder, Settings
