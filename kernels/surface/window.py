@@ -14,6 +14,7 @@ _FEWEST = 100, 50  # vertices and triangles, at least
 _RIM = 0.12  # of the window's side: what is left out along its border, where the spline is loose
 _TOLERANCE = 1e-2, 1e-4  # of the fit: a look needs no more
 _SOME = 512  # triangles
+_GOLDEN = (np.sqrt(5) - 1) / 2
 _UPRIGHT = 0.3  # least cosine between normals and the axis of heights
 
 
@@ -43,7 +44,8 @@ def look(water, smoothing):
 def glance(water):
     """Some Triangles of a Water whose normals all look up or all down, with the slopes of its own normals; None for
     other water."""
-    corner = water.triangles[:: max(1, len(water.triangles) // _SOME)].T
+    some = np.arange(min(_SOME, len(water.triangles))) * _GOLDEN % 1 * len(water.triangles)
+    corner = water.triangles[some.astype(np.int64)].T  # follows neither rows nor columns of a grid
     if not len(water.triangles) or np.abs(water.normals[corner, 2]).min() < _UPRIGHT:
         return None
     slopes = -np.moveaxis(water.normals[corner, :2], 2, 0) / water.normals[corner, 2]

@@ -260,3 +260,12 @@ def test_what_changes_round_the_water_is_looked_at_anew(change, monkeypatch):
     plan_of(waves(0.4), anchor=anchor)
     with pytest.raises(pytest.fail.Exception, match="looked"):
         plan_of(change(waves(0.4)), anchor=anchor)
+
+
+@pytest.mark.parametrize("quads", [64, 128, 256])
+def test_a_glance_sees_all_columns_of_a_grid(quads):
+    """Waves that move on are the same waves, on meshes whose rows have as many triangles as are passed over, too."""
+    x, y, triangles = grid(quads, 4.8)
+    frames = [shaded_smooth(np.stack([x, y, 1.5 + sines(x + s, y, 0.1)[0]], 1), triangles) for s in (0.0, 0.3)]
+    one, other = (plan_of(replace(waves(0.1), water=water)).glance for water in frames)
+    assert other.over(one) is not None
