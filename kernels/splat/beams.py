@@ -13,6 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from .border import cut, straddlers
+from .drift import Drift
 from .lander import DARK, LOST, OTHER, SPREAD, UNLIT
 from .mesh_nodes import MeshNodes
 from .prediction import bend, cut_off, predict
@@ -72,7 +73,7 @@ def _by_parts(work, nodes, six, area, shade, clear):
         some = np.flatnonzero(~clear)
         if len(some) > _MANY and not work.lander.grazing:  # else what is small and far keeps all of a beam in work
             clear[some] = work.lander.clear(nodes.m, nodes.n, six[:3, some].T, shade[some])
-    return work.lost, work.met, work.error
+    return work.lost, work.met, work.error + (work.drift.error() if work.drift else 0.0)
 
 
 def _split(lander, nodes, six, shade):
@@ -96,6 +97,7 @@ class _Work:
         causes = (*LOST.values(), *self.rows.causes())
         self.lost = {cause: np.zeros(sheet.channels) for cause in causes}
         self.met, self.error, self.tolerance = 0.0, 0.0, tolerance
+        self.drift = Drift(len(self.texel_area), sheet.resolution) if lander.hides else None
         self._chance = np.random.default_rng(0)
         self.spent = 0.0  # of the tolerance: parts that are too small to be split have no choice
 
@@ -140,6 +142,8 @@ class _Work:
         done = (whole | small) & ~cut
         unseen = done & sheet & ~clear & self._dark(chart[0]) if self.lander.hides else np.zeros(len(area), bool)
         self._look(nodes, six[:3, unseen], area[unseen], shade[unseen])
+        if self.drift:
+            self._drift(nodes, six, chart, area, np.flatnonzero(done & sheet & (chart[0] >= 0)))
         at = np.flatnonzero(done & sheet & ~unseen)
         self.error += error[done & np.isfinite(error)].sum()
         self.spent += error[whole & ~cut].sum()
@@ -153,6 +157,12 @@ class _Work:
         at = np.flatnonzero(torn)
         self._points(nodes.take(six[:, at].ravel()), (_EVEN[:, None] * area[at]).ravel())
         return np.flatnonzero(~(done | cut))
+
+    def _drift(self, nodes, six, chart, area, at):
+        """Tell the Drift of the triangles `at` of those six (6,n), on charts (6,n), of area (n,)."""
+        six, image = six[:, at], self._image(chart[0, at])
+        x, y, passed = (np.take(v, six) for v in (nodes.x, nodes.y, self.rows.passed(nodes.carried)))
+        self.drift.add(image, x, y, passed[3:].mean(0) * area[at] / np.take(self.texel_area, image))
 
     def _to_cut(self, nodes, six, chart, area, size, clear, whole):
         """Which triangles six (6,n), on charts (6,n), of area (n,) and sizes (n,) [texel], to cut at the border

@@ -64,8 +64,6 @@ def left_out(scene, texels, settings, work, casts):
         count, enough = directions(scene, light, texels)
         if count < enough:
             sentences.append(f"what is between {count} directions within the disc of '{light.name}', over casters")
-    if not settings.points:
-        sentences.append("in the estimated error, that errors of beams over casters add up where many meet in a focus")
     part = np.sum(work.flux_lost.get(LOST[_BEYOND], 0.0)) / max(work.flux_in.sum(), np.finfo(float).tiny)
     if part > settings.tolerance:
         sentences.append(f"light that meets more than {settings.bounces} surfaces (bounces): {part:.1%} of all")
