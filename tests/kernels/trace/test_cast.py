@@ -164,7 +164,6 @@ def test_what_is_left_out_is_said():
     scene = Scene(no_water(), (floor(side=1.0),), (), (light,), casters=(ball(0.2, (0, 0, 0.3), fine=24),))
     said = " ".join(baked(scene, side=16, bounces=2).diagnostics.left_out)
     assert "disc" in said and "more than 2 surfaces (bounces)" in said and "twice" not in said
-    assert "focus" in said
     plain = replace(scene, lights=(sun((0, 0, -1)),))
     said = " ".join(baked(plain, side=16).diagnostics.left_out)
     assert "disc" not in said and "bounces" not in said
