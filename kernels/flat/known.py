@@ -9,11 +9,13 @@ from __future__ import annotations
 import time
 from dataclasses import replace
 
+import numpy as np
+
 from ..solution import check_texels
 from ..unchanged import unchanged
 from .flat import StillLight, estimated, solution, still_of
 
-_KEPT = 6  # lights: those of three channels, of two kinds of frames
+_KEPT = 3  # lights: those of three channels
 
 
 class KnownStill:
@@ -48,5 +50,6 @@ class KnownStill:
         answer = solution(light, scene, texels)
         for array in (*answer.images, *answer.status):
             array.flags.writeable = False  # other frames share it
+        light = replace(light, irradiance=np.zeros((0, 3)))  # the images have it
         self._kept = [(key, light, answer), *self._kept[: _KEPT - 1]]
         return light, answer
