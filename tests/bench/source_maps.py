@@ -23,7 +23,7 @@ PHOTON_HEAD = "scene", "photons", "CPU [s]", *(f"MAE at {n} x {n} texels" for n 
 BUFFER_HEAD = "scene", "pixels a side", "CPU [s]", "light", "MAE"
 SURFACE_HEAD = "scene", "surfaces at most", "light", "MAE"
 LOOK_UP_HEAD = "floor and sun", "look-ups after the first", "off, in texels, from here", "from x = 1 m", "by Newton"
-GRID_HEAD = "waves", "points along the water", "CPU [s]", "error", "own estimate", "MAE"
+GRID_HEAD = "waves", "points along the water", "CPU [s]", "error", "own estimate, over the squared mean", "MAE"
 GLASS_HEAD = "scene", "method", "CPU [s]", "light", "MAE"
 SCENES = ("ball", "stone", "ring")
 SIDE = 128
