@@ -103,6 +103,20 @@ def test_environment_is_made_anew_unless_it_was_finished(launcher, commands, sta
     assert Path(launcher.STAMP).read_text() == launcher.stamp_text((3, 13))
 
 
+def test_an_environment_that_trees_share_is_brought_up_to_date_where_it_is(launcher, commands, root, tmp_path):
+    make_fake_environment(launcher, "old stamp")
+    tree = tmp_path / "tree"
+    tree.mkdir()
+    (tree / ".venv").symlink_to(launcher.VENV)
+    shutil.copy(root / "dapple", tree / "dapple")
+    other = load_launcher(tree / "dapple")
+    other.find_python, other.missing_packages = launcher.find_python, launcher.missing_packages
+    assert other.VENV == launcher.VENV
+    other.make_environment()
+    assert commands[0] == ["/usr/bin/python3.13", "-m", "venv", launcher.VENV]
+    assert launcher.is_whole() and other.is_whole()
+
+
 def test_another_blender_needs_a_new_environment(launcher, commands):
     make_fake_environment(launcher)
     Path(launcher.STAMP).write_text(launcher.stamp_text((3, 11)).replace("embreex", "oldreex"))
