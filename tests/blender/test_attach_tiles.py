@@ -19,9 +19,8 @@ TILES = {1001: 1.0, 1002: 3.0, 1011: 5.0, 1012: 7.0}  # and the irradiance in fr
 def tiles(empty_scene, tmp_path):
     """A floor of 1 m, as large as the camera sees, in four tiles, and their maps in two frames."""
     floor = plane("Floor", diffuse(), size=1.0)
-    corners = [vertex.co for vertex in floor.data.vertices]
+    low, high = (floor.data.vertices[k].co.copy() for k in (0, 2))
     floor.data.clear_geometry()
-    low, high = corners[0], corners[2]
     at = [(low.x + (high.x - low.x) * i / 2, low.y + (high.y - low.y) * j / 2, 0) for j in range(3) for i in range(3)]
     faces = [(0, 1, 4, 3), (1, 2, 5, 4), (3, 4, 7, 6), (4, 5, 8, 7)]
     floor.data.from_pydata(at, [], faces)
