@@ -130,7 +130,8 @@ def main():
     said = list(summary(found))
     print("\n".join(said))
     if not seeds:
-        text = f"Measured on {time.strftime('%Y-%m-%d')} by {COMMAND}: {machine()}.\n\n" + "\n".join(said) + "\n\n"
+        text = f"Measured on {time.strftime('%Y-%m-%d')} by {COMMAND}: {machine()}.\n\n"
+        text += "\n".join(f"- {sentence}" for sentence in said) + "\n\n"
         (ROOT / "docs" / "planner_tables.md").write_text(text + "\n".join(table.lines) + "\n")
 
 
