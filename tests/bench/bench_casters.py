@@ -1,6 +1,6 @@
 """Light over glass, mirrors and water against Mitsuba 3: the tables and pictures of docs/casters.md.
 
-Needs `mitsuba` and `flip-evaluator` from PyPI beside what Dapple needs, and LLVM 16 or newer where the processor has
+Needs `mitsuba` from PyPI beside what Dapple needs, and LLVM 16 or newer where the processor has
 AVX-512 (DRJIT_LIBLLVM_PATH names its library). Run as `python tests/bench/bench_casters.py`; it uses one thread, makes
 the references that are not in tests/bench/references yet, prints the tables as it goes and writes
 docs/casters_tables.md and docs/images/casters_*.png. With names of scenes as arguments it measures and draws these

@@ -1,8 +1,8 @@
 """What temporal reuse does to a still, a slow and a fast pool: error, flicker and lag, for docs/temporal.md.
 
-Run as `.venv/bin/python tests/bench/bench_temporal.py` with `flip-evaluator` from PyPI; it pins itself to one core,
-prints the table as it goes and writes it to docs/temporal_tables.md, with a picture of one frame. References are beams
-of a tolerance of 1e-6 on the same mesh. Points have another seed in every frame, as noise without reuse would.
+Run as `.venv/bin/python tests/bench/bench_temporal.py`; it pins itself to one core, prints the table as it goes and
+writes it to docs/temporal_tables.md, with a picture of one frame. References are beams of a tolerance of 1e-6 on the
+same mesh. Points have another seed in every frame, as noise without reuse would.
 """
 
 from __future__ import annotations
