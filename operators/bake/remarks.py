@@ -28,11 +28,13 @@ def check_maps(names, sizes):
     texels = sum(size**2 for size in sizes)
     if texels > MOST_RESOLUTION**2:
         most = int(MOST_RESOLUTION / len(names) ** 0.5)
-        what = f"{len(names)} maps of {max(sizes)} texels"
         if min(sizes) < max(sizes):
             percent = int(100 * MOST_RESOLUTION / texels**0.5)
-            raise DappleError(f"{what} and less do not fit into memory; set {percent} % of the texels per metre.")
-        raise DappleError(f"{what} do not fit into memory; set {most} at most.")
+            raise DappleError(
+                f"{len(names)} maps of {max(sizes)} texels and less do not fit into memory; set {percent} % of the "
+                "texels per metre."
+            )
+        raise DappleError(f"{len(names)} maps of {max(sizes)} texels do not fit into memory; set {most} at most.")
     folders = {}
     for name in names:
         other = folders.setdefault(map_path("", name, 0).as_posix().casefold(), name)

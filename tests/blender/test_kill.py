@@ -61,30 +61,20 @@ def children():
     return {int(n) for n in Path("/proc/self/task", str(os.getpid()), "children").read_text().split()}
 
 
-def seconds_of(process):
-    """Seconds of a processor that a process has used, with those of its children that have ended."""
-    numbers = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
-    return sum(map(int, numbers[11:15])) / os.sysconf("SC_CLK_TCK")
-
-
 @tells_how_it_ended
 @pytest.mark.bpy_module
-def test_ctrl_c_stops_within_a_second_with_a_sentence(empty_scene, tmp_path):
+def test_ctrl_c_stops_at_once_with_a_sentence(empty_scene, tmp_path):
     """As from a terminal: the signal goes to the whole group, and only the bake itself answers it."""
     blend = tmp_path / "waves.blend"
     save_waves(blend, frames=100)
     process = start(blend, tmp_path / "out", 2)
     lines = iter(process.stdout.readline, "")
     assert any(line.startswith("[2/") for line in lines)
-    members = session(process.pid)
-    begun = sum(map(seconds_of, members))
-    for member in members:
+    for member in session(process.pid):
         os.kill(member, signal.SIGINT)
-    said = process.stdout.read()
-    _, code, used = os.wait4(process.pid, 0)
-    process.returncode = os.waitstatus_to_exitcode(code)
-    # Of a processor: how long that takes by the clock is up to what else the machine does.
-    assert used.ru_utime + used.ru_stime - begun < 1
+    said = process.communicate()[0]
+    # How long that takes is up to what else the machine does; of 100 frames no more come than were under way.
+    assert said.count("\n[") <= 4
     assert process.returncode == 1
     assert "dapple: stopped; the finished frames are kept." in said
     assert "Traceback" not in said
