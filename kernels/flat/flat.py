@@ -62,8 +62,17 @@ def still_of(scene, texels, level=None):
     """The Still plane of a Scene's water, that of a Level if there is one that holds; None without water or lights."""
     if not len(scene.water.triangles) or not scene.lights or not any(len(t.texel) for t in texels):
         return None
-    texel = float(np.sqrt(min(t.area.mean() for t in texels if len(t.area))))
+    texel = min(_narrow(own) for own in texels if len(own.texel))
     return Still(scene.water, texel, level if level is not None and level.holds(scene.water, texel) else None)
+
+
+def _narrow(own):
+    """The narrower side [m] of what a texel of Texels stands for, in the middle of all: UVs may be stretched."""
+    area, beside = float(np.median(own.area)), np.flatnonzero(np.diff(own.texel) == 1)
+    if not len(beside):
+        return np.sqrt(area)
+    wide = float(np.median(np.linalg.norm(own.positions[beside + 1] - own.positions[beside], axis=1)))
+    return min(wide, area / wide) if wide > 0 else np.sqrt(area)
 
 
 def solve(scene, texels, settings):

@@ -83,8 +83,9 @@ class Still:
         return np.clip(share, 0, 1), low, cell
 
     def covered(self, x, y):
-        """Share (n,) of water round points of the plane."""
+        """Share (n,) of water in a texel round points of the plane."""
         share, low, cell = self._cells
+        steep = max(FINER * cell / self.texel, 1.0)  # where cells are coarser, from none to all within a texel still
         height, width = share.shape
         at = [
             np.clip((v - start) / cell - 0.5, 0, side - 1.001) for v, start, side in zip((x, y), low, (width, height))
@@ -94,7 +95,7 @@ class Still:
         flat, first = share.ravel(), row * width + column
         below = (1 - along) * np.take(flat, first) + along * np.take(flat, first + 1)
         above = (1 - along) * np.take(flat, first + width) + along * np.take(flat, first + width + 1)
-        return (1 - up) * below + up * above
+        return np.clip(((1 - up) * below + up * above - 0.5) * steep + 0.5, 0, 1)
 
     def area(self):
         """Area [m^2] of the plane that is water."""

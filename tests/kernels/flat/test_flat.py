@@ -110,6 +110,14 @@ def test_ways_of_a_lamp_obey_snell_and_fermat():
     np.testing.assert_allclose(enters + found.away * found.towards, np.broadcast_to(lamp, p.shape), atol=1e-9)
 
 
+@pytest.mark.parametrize("texel", [0.05, 0.0005])  # finer than the cells of the outline ever are
+def test_a_texel_that_ends_at_the_rim_is_all_lit(texel):
+    still = Still(pool(flat, quads=2, side=4.0).water, texel)
+    aside = np.array([-0.5, 0.0, 0.5]) * texel
+    edge = still.to_plane(np.array([[2.0, 0.3, 1.5]]) + np.outer(aside, [1, 0, 0]))[:2]
+    np.testing.assert_allclose(still.covered(*edge), [1, 0.5, 0], atol=1e-6)
+
+
 def test_a_closed_body_of_water_has_the_outline_of_its_top():
     open_water = pool(flat, quads=8, side=4.0).water
     bottom = open_water.positions - [0, 0, 1.0]
