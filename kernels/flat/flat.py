@@ -27,6 +27,7 @@ _LEFT_OUT = [
     "light that meets the water twice",
     "penumbrae: shadows are those of the lights' centres, at the centres of texels",
 ]
+_SOME = 1 << 10  # texels that their width is taken from, about
 
 
 @dataclass(frozen=True)
@@ -67,8 +68,9 @@ def still_of(scene, texels, level=None):
 
 
 def _narrow(own):
-    """The narrower side [m] of what a texel of Texels stands for, in the middle of all: UVs may be stretched."""
-    area, beside = float(np.median(own.area)), np.flatnonzero(np.diff(own.texel) == 1)
+    """The narrower side [m] of what a texel of Texels stands for, the median of some: UVs may be stretched."""
+    some = np.unique(np.linspace(0, len(own.texel) - 1, _SOME).astype(np.int64))
+    area, beside = float(np.median(own.area[some])), some[:-1][own.texel[some[:-1] + 1] == own.texel[some[:-1]] + 1]
     if not len(beside):
         return np.sqrt(area)
     wide = float(np.median(np.linalg.norm(own.positions[beside + 1] - own.positions[beside], axis=1)))
