@@ -42,8 +42,9 @@ def chart(context, request, methods=None, peers=(), wait=_SLICE):
     found = done.chart
     if peers:
         from ...kernels.chart.chart import join
+        from .flip import flip
 
-        yield from join(found, scene, done.texels, request.settings, peers)
+        yield from join(found, scene, done.texels, request.settings, peers, flip())
     yield "drawing"
     return written(request, number, scene, found, warnings)
 

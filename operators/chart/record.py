@@ -20,7 +20,8 @@ from .needs_picture import draw as draw_needs
 from .picture import draw
 
 VERSION = 1
-_OTHERS = "Squares: other renderers, on the smooth water of the reference, which is made for them beforehand."
+_OTHERS = "Squares: other renderers, on the same surfaces"
+_SMOOTH = ": the smooth water of the reference, which is made for them beforehand"
 COLUMNS = tuple(field.name for field in fields(Row))
 
 
@@ -125,5 +126,5 @@ def _lines(request, scene, chart):
     suns = f", with 2 x {truth.suns} suns for the disc" if truth.suns else ""
     size += f"Reference: all light, twice{suns}."
     mine = ", ".join(f"{name} {version}" for name, version in versions().items())
-    others = [_OTHERS] if any(row.peer for row in chart.rows) else []
+    others = [f"{_OTHERS}{_SMOOTH if water else ''}."] if any(row.peer for row in chart.rows) else []
     return [size, f"{machine()}, one core; {mine}. {time.strftime('%Y-%m-%d')}", *others]

@@ -63,6 +63,8 @@ def test_peers_join_and_are_named(pool, tmp_path):
     known = json.loads((tmp_path / "here" / "chart.json").read_text())
     assert known["command"].endswith("--resolution 16 --peers")
     assert [(row["rung"], row["energy"]) for row in known["rows"] if row["peer"]] == [("peer", -1.0)]
+    flips = [row["flip"] for row in sorted(known["rows"], key=lambda row: row["error"])]
+    assert flips == [None, None] or 0 <= flips[0] < flips[1]  # flat, dark
 
 
 def test_what_is_stopped_leaves_nothing(pool, tmp_path):
