@@ -60,7 +60,7 @@ class Anywhere:
             kept = np.exp(-np.outer(books["length"], self._scene.sigma_a)) if through else np.ones((1, 3))
             arrived = self._area[ids] @ (watts * kept)
             irradiance[ids] += watts * kept
-            per = (power * kept).mean() ** 2 / len(self._area)
+            per = (power * kept).mean() ** 2 / len(self._area) if len(ids) else 0.0
             doubts += [replace(one, scale=per * one.scale, points=per * one.points) for one in off]
             if through:
                 shaded = books["shaded"] * power
