@@ -34,9 +34,11 @@ def save_waves(path, frames, quads=48, resolution=64):
 
 
 def start(blend, out, workers):
-    """A bake of the file as a process with a session of its own."""
+    """A bake of the file as a process with a session of its own, that hears Ctrl-C even where this one does not, as
+    jobs in the background do not."""
     command = [sys.executable, "-P", str(ROOT / "dapple"), "bake", str(blend), "--out", str(out)]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
+    pipes["preexec_fn"] = lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)
     return subprocess.Popen([*command, "--workers", str(workers)], start_new_session=True, **pipes)
 
 
