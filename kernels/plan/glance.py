@@ -7,6 +7,7 @@ goes with the contrast of the light, or with how far the mesh's normals are from
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
+from zlib import crc32
 
 import numpy as np
 
@@ -54,7 +55,7 @@ class Glance:
 
 
 def _around(scene, texels, settings):
-    """Settings, lights, and of each mesh how many and where its points are, all of the water's but where they are."""
+    """Settings, lights, and of each mesh how many its points are and a checksum of where, of the water how many."""
     how = settings.tolerance, settings.dispersion, settings.surface, settings.without, settings.resolution
     lights = tuple(
         (type(light).__name__, *(_plain(getattr(light, f.name)) for f in fields(light))) for light in scene.lights
@@ -66,7 +67,7 @@ def _around(scene, texels, settings):
 
 
 def _place(mesh):
-    return mesh.name, len(mesh.triangles), len(mesh.positions), *map(float, mesh.positions.sum(0))
+    return mesh.name, len(mesh.triangles), len(mesh.positions), crc32(np.ascontiguousarray(mesh.positions))
 
 
 def _plain(value):

@@ -248,6 +248,7 @@ def test_a_frame_like_the_anchor_is_planned_by_a_glance(monkeypatch):
     [
         lambda s: replace(s, lights=(sun((0.3, 0.1, -1.0)),)),
         lambda s: replace(s, receivers=(quad("Floor", [[-2, -2, 0.1], [2, -2, 0.1], [2, 2, 0.1], [-2, 2, 0.1]]),)),
+        lambda s: replace(s, receivers=(quad("Floor", [[-2, -2, -0.1], [2, -2, 0.1], [2, 2, 0.1], [-2, 2, -0.1]]),)),
         lambda s: replace(
             s, occluders=(Occluder("Sail", np.array([[0, 0, 3], [1, 0, 3], [0, 1, 3.0]]), np.array([[0, 1, 2]])),)
         ),
