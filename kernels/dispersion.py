@@ -19,7 +19,6 @@ from .casters import Glass
 from .scene import Diagnostics, Solution, Sun
 from .status import Status, counts
 
-WATER_ABBE = 55.7
 _D, _F, _C = 587.56, 486.13, 656.27  # nm: Fraunhofer's lines
 _SHARE = re.compile(r"[\d.]+%")  # in which sentences on one thing differ from channel to channel
 _CHANNELS = np.array([611.4, 549.1, 464.2])  # nm

@@ -9,7 +9,6 @@ from ..optics import dot
 from ..rays import MISS
 from ..splat.lander import texel_maps
 
-_CAUSES = "missed", "occluded", "back", "absorbed"
 _SPREAD = 0.6  # deviation of a splat, of the distance to the next one: the gaps between them are 2e-3 of the light
 _SHARP = 0.5  # texels: deviation of a Gaussian that lies on three by three texels
 _GRAZING = 1e-3  # cosine of incidence, for the size of splats

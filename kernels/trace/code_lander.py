@@ -18,6 +18,9 @@ _ENDS[[MISS, follow.BEYOND, follow.CULLED, follow.BLOCKED, follow.FAINT]] = MISS
 _PATHS = 1 << 20  # charts times paths that have numbers of their own, at most
 _ASKED = 1 << 17  # points at once
 _STRICT = 1e-3  # of tolerances: one that is less asks for finer parts
+_PLACE = 24  # bits of a point's place, eight for each axis
+_POINT = 1e-200  # m: what is no larger is one place
+_SPREAD = sum(((np.arange(256) >> k & 1) << 3 * k for k in range(8)), np.int64(0)).astype(np.uint64)  # bits, apart
 
 
 class Rows:
@@ -144,8 +147,3 @@ def _place(m):
     low, extent = m.min(1)[:, None], np.ptp(m, axis=1).max()
     cell = ((m - low) * (255 / extent if extent > _POINT else 0.0)).astype(np.int64)
     return sum(np.take(_SPREAD << np.uint64(k), cell[k]) for k in range(3))
-
-
-_PLACE = 24  # eight bits for each axis
-_POINT = 1e-200  # m: what is no larger is one place
-_SPREAD = sum(((np.arange(256) >> k & 1) << 3 * k for k in range(8)), np.int64(0)).astype(np.uint64)  # bits, apart
