@@ -87,7 +87,8 @@ class Cast(Followed):
         soup = np.concatenate([*soups, scene.water.positions[scene.water.triangles]])
         meshes = (*scene.receivers, *scene.occluders, *scene.casters, scene.water)
         self.texel_area = np.array([t.area.sum() / len(t.area) for t in texels])
-        wide = np.ptp(soup, axis=(0, 1)).max(initial=0) / (SIGHT * np.sqrt(self.texel_area.min()))
+        extent = np.ptp(soup, axis=(0, 1)).max() if len(soup) else 0.0  # none, where the volume holds no caster
+        wide = extent / (SIGHT * np.sqrt(self.texel_area.min()))
         cells = int(np.clip(wide, *_CELLS)) + 1
         self.entry = Entry(light, soup, np.concatenate([mesh.positions for mesh in meshes]), cells)
         self.water = self.entry.lit

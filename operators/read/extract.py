@@ -19,7 +19,7 @@ from .lamps import read_lights
 from .mesh_arrays import check_mesh, read_geometry, read_uvs
 from .receivers import Maps, can_receive, flat_parts, map_name, shows_receivers
 from .speculars import MOST_ROUGHNESS
-from .volume import read_volume
+from .volume import misses, read_volume
 from .water import Waters
 
 _NOTHING = (
@@ -64,6 +64,8 @@ def read_scene(depsgraph, water_names, receiver_names, topology, volume=None):
     lights, remarks = read_lights(found.lamps, water)
     warnings += remarks + found.meshes.warnings + _unseen(depsgraph, found.seen, {*picked, *receivers})
     box = read_volume(volume, depsgraph) if volume else None
+    if box:
+        warnings += misses(box, volume.name, casters)
     scene = Scene(water, found.maps.receivers(), occluders, lights, eta, sigma_a, casters, box)
     warnings += flat_parts(scene.receivers)
     return scene, list(dict.fromkeys(warnings))

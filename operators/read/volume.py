@@ -8,6 +8,7 @@ import bpy
 import numpy as np
 
 from ...kernels.casters import Volume
+from ...kernels.trace.volume import Box
 from ..errors import DappleError
 
 FACES = ("-X", "+X", "-Y", "+Y", "-Z", "+Z")  # in the order of Volume.culling
@@ -33,3 +34,11 @@ def read_volume(bounds, depsgraph):
     if not np.isfinite(matrix).all() or abs(np.linalg.det(matrix[:3, :3])) <= _FLAT * longest**3:
         raise DappleError(f"The caustics volume '{bounds.name}' is flat; scale it so that it encloses something.")
     return Volume(matrix, tuple(face in bounds.culling for face in FACES))
+
+
+def misses(volume, name, casters):
+    """A warning on a Volume of that name that holds nothing of the casters: a list of at most one sentence."""
+    box = Box(volume)
+    if not casters or any(box.touches(c.positions[c.triangles]).any() for c in casters):
+        return []
+    return [f"No glass or metal reaches into the caustics volume '{name}', so none casts; move it, or choose none."]

@@ -286,6 +286,16 @@ def test_volume_is_the_cube_that_is_drawn(scene):
     assert read()[0].volume is None
 
 
+def test_volume_that_holds_no_glass_is_said(scene):
+    ball("Ball", material("Clear"))
+    empty = box()
+    empty.location = (0, 0, 2)
+    assert read(volume=Bounds("Box"))[1] == []
+    empty.location = (0, 0, 9)
+    (warning,) = read(volume=Bounds("Box"))[1]
+    assert "No glass or metal reaches into the caustics volume 'Box'" in warning
+
+
 @pytest.mark.parametrize("name", ["Box", "Ball", "Nothing"])
 def test_volume_that_is_none(scene, name):
     ball("Ball", material("Clear"))

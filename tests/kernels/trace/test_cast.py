@@ -105,6 +105,16 @@ def test_light_that_leaves_the_volume_by_a_culling_face_is_booked():
             assert received == pytest.approx(0.96 / 1.04, rel=1e-2)
 
 
+def test_a_volume_that_holds_no_caster_lets_nothing_cast():
+    away = np.eye(4)
+    away[:3, 3] = 9.0
+    lamp = Point("Lamp", np.array([0.0, 0.0, 2.0]), np.ones(3))
+    for light in (sun((0, 0, -1)), lamp, replace(sun((0, 0, -1)), angle=0.1)):
+        scene = Scene(no_water(), (floor(side=1.0),), (), (light,), casters=(ball(0.2, (0, 0, 0.5), fine=12),))
+        answer = baked(replace(scene, volume=Volume(away)), side=8)
+        assert not answer.images[0].any() and not answer.diagnostics.flux_in.any()
+
+
 def test_beams_are_what_points_are_texel_by_texel():
     """Glass and a mirror over a floor: beams lie within the noise of points, known from points drawn apart."""
     casters = (
