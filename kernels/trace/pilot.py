@@ -38,7 +38,7 @@ class Pilot:
         self._words, own = words[strong].tolist(), number[of_word]
         self._kind = np.full((len(strong) + 1, self._count), PILOT)
         self._side = np.zeros((len(strong), self._count), np.int64)
-        self._torn, self._found = np.zeros((2, len(strong), self._count), bool)
+        self._torn, self._found, self._rough = np.zeros((3, len(strong), self._count), bool)
         self._light = np.zeros((len(strong), self._count))
         noise = np.zeros((len(strong), self._count))
         order = np.argsort(own, kind="stable")
@@ -54,7 +54,7 @@ class Pilot:
         mixed = (hits > 0) & ((hits < ALONG**2) | self._parted(cell, path))
         beside = self._beside(mixed)
         self._torn[k] = mixed | (beside > 0) | (self._entry.around(self._parted(cell, end)) > 0)
-        rough = beside >= _ROUGH
+        rough = self._rough[k] = beside >= _ROUGH
         self._light[k] = np.where(rough, self._beside(np.bincount(cell, light, self._count)) / 8, 0.0)
         self._found[k] = (hits > 0) & ~rough
         self._kind[k] = np.where(rough, POINTS, np.where(self._found[k] & self._near(k), BEAMS, PILOT))
@@ -107,8 +107,7 @@ class Pilot:
         """Codes that beams land, and for each one the cells (n,) that they start from - those near which it was found
         and which are not left to points - and where (n,) some of it may hide between their rays."""
         for k, word in enumerate(self._words):
-            cells = self._near(k) & (self._kind[k] != POINTS)
-            cells &= (self._kind[k] == BEAMS) | (self._light[k] == 0)
+            cells = self._near(k) & ~self._rough[k]
             if cells.any():
                 beside = self._entry.around(self._found[k]) > 0
                 yield word, cells, np.where(self._found[k], self._torn[k], beside)

@@ -108,6 +108,16 @@ def test_rough_light_gets_points_as_many_as_its_error_asks_for(entry):
     assert not sides[0].any() and (sides[1] > ALONG).all() and (sides[2] > sides[1]).all()
 
 
+def test_rough_light_that_comes_nowhere_is_booked_once(entry):
+    """Torn, and on no receiver: the pilot's points tell how much it is, and no beams tell it again."""
+    _, away = _middle(entry)
+    hits = np.where(away <= 5, ALONG**2, 0)
+    pilot, cell = _pilot(entry, hits, np.arange(hits.sum()), light=0.0)
+    inside = away <= 4
+    assert (pilot.kind[inside[cell]] == PILOT).all() and not pilot.points()[0].any()
+    assert not any((cells & inside).any() for _, cells, _ in pilot.beams())
+
+
 def test_no_light_needs_nothing(entry):
     pilot, _ = _pilot(entry, np.zeros(entry.place.shape[1], int))
     assert list(pilot.beams()) == [] and not pilot.points()[0].any() and len(pilot.kind) == 0

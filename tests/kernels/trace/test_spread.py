@@ -60,6 +60,14 @@ def test_all_light_is_there_and_in_its_place(name, lost):
     assert 0 < error < 1 and met[0] > truth.sum() and min(watts.min() for watts in books.values()) > -1e-9
 
 
+@pytest.mark.parametrize("name", CASES)
+def test_what_comes_in_is_what_the_caster_stops(name):
+    """Flux through the outline of the caster, torn behind it or not, and whether or not it comes to a receiver."""
+    cast = _cast(CASES[name]())
+    met, stopped = cast.spread()[2], cast.throw(2e5, np.random.default_rng(3))[2]
+    assert met[0] == pytest.approx(stopped[0], rel=1.2e-2)
+
+
 def test_seeds_agree_on_the_whole_of_torn_light():
     """What chance finds alone, and what hides between rays, weigh as much as they are: means over seeds are the truth,
     within their own scatter."""
