@@ -33,21 +33,23 @@ class MeshReader:
         self.casters, self.occluders, self.warnings = [], [], []
         self._meshes, self._materials, self._casting = {}, {}, {}
 
-    def add(self, shown, matrix):
-        """Add an evaluated object, or an instance, under a world matrix (4,4) to the casters, the occluders or both."""
+    def add(self, shown, matrix, blocks=True):
+        """Add an evaluated object, or an instance, under a world matrix (4,4) to the casters, the occluders or both;
+        what does not block light by a shadow may cast all the same: while maps are shown glass has a whole one."""
         name = shown.original.name
         local = self._local(shown)
         positions = local.arrays.positions @ matrix[:3, :3].T + matrix[:3, 3]
         if not np.isfinite(positions).all():
             self.warnings.append(f"Object '{name}' has vertices that are not numbers; it casts no shadow.")
         elif len(local.arrays.triangles):
-            self._sort(shown, local, positions, matrix)
+            self._sort(shown, local, positions, matrix, blocks)
 
-    def _sort(self, shown, local, positions, matrix):
+    def _sort(self, shown, local, positions, matrix, blocks):
         """Share the triangles out by what their materials cast: a Glass, a Mirror, or None."""
         name, triangles, casting = shown.original.name, local.arrays.triangles, self._casts(shown, local)
+        occluders = self.occluders if blocks else []
         if not any(casting):
-            self.occluders.append(Occluder(name, positions, triangles))
+            occluders.append(Occluder(name, positions, triangles))
             return
         turn = -1 if np.linalg.det(matrix[:3, :3]) < 0 else 1  # mirrored: wound to agree with their normals again
         normals, index = self._shading(shown, local)
@@ -56,7 +58,7 @@ class MeshReader:
         for slot in np.unique(slots):
             own, material = triangles[slots == slot][:, ::turn], casting[slot]
             if material is None:
-                self.occluders.append(Occluder(name, positions, own))
+                occluders.append(Occluder(name, positions, own))
                 continue
             shading = own if smooth else index[slots == slot][:, ::turn]
             self.casters.append(Caster(name, positions, own, normals, shading, material))

@@ -90,8 +90,8 @@ def _find(depsgraph, picked, receivers):
             found.maps.add_instance(instance, matrix, _read_receiver)
         elif shown.type == "LIGHT":
             found.lamps.append((own.name, shown.data, matrix))
-        elif shown.type == "MESH" and _blocks(shown, instance.parent if instance.is_instance else None):
-            found.meshes.add(shown, matrix)
+        elif shown.type == "MESH" and (instance.is_instance or _renders(shown)):
+            found.meshes.add(shown, matrix, _casts_shadow(shown, instance.parent if instance.is_instance else None))
     return found
 
 
@@ -115,11 +115,14 @@ def _stands_in(instance):
     return not instance.is_instance and parent is not None and parent.instance_type in ("VERTS", "FACES")
 
 
-def _blocks(shown, parent):
+def _renders(shown):
+    """Whether a mesh that is no instance shows in a render."""
+    return not shown.is_instancer or shown.show_instancer_for_render
+
+
+def _casts_shadow(shown, parent):
     """Whether a mesh, or instance of one, casts a shadow in a render."""
-    if not shown.visible_shadow or (parent is not None and not parent.visible_shadow):
-        return False
-    return parent is not None or not shown.is_instancer or shown.show_instancer_for_render
+    return shown.visible_shadow and (parent is None or parent.visible_shadow)
 
 
 def _read(shown, matrix, *readers):

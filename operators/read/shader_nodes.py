@@ -34,12 +34,14 @@ def _has_nodes(material):
 
 def shaders(socket, kinds, groups=(), share=1.0):
     """Walk back from a shader socket: yields (node of one of `kinds`, groups entered, its share in Mix Shaders),
-    nearest the output first.
-
-    A mix by what kind of ray it is counts as for none of those that Light Path names, the ways of light being traced.
+    nearest the output first. A muted node is passed by as Blender does, or is none.
     """
     for link in _links(socket):
         node, identifier, inside = link.from_node, link.from_socket.identifier, groups
+        if node.mute:
+            for source in _passed_on(link):
+                yield from shaders(source, kinds, groups, share)
+            continue
         if node.type in kinds:
             yield node, groups, share
             continue
@@ -52,9 +54,7 @@ def shaders(socket, kinds, groups=(), share=1.0):
             sockets = [s for s in node.inputs if s.type == "SHADER" or node.type == "REROUTE"]
         shares = [share] * len(sockets)
         if node.type == "MIX_SHADER":
-            mixed = Sockets(node, groups)(0)
-            mixed = 0.0 if _by_kind_of_ray(node.inputs[0]) else min(max(mixed, 0.0), 1.0)
-            shares = [share * (1 - mixed), share * mixed]
+            shares = [share * part for part in _mixed(node, groups)]
         for source, own in zip(sockets, shares):
             yield from shaders(source, kinds, inside, own)
 
@@ -65,6 +65,9 @@ def value(socket, groups):
     if not links:
         return socket.default_value
     node = links[0].from_node
+    if node.mute:
+        sources = _passed_on(links[0])
+        return value(sources[0], groups) if sources else None
     if node.type in ("VALUE", "RGB"):
         return node.outputs[0].default_value
     if node.type == "REROUTE" and _links(node.inputs[0]):
@@ -99,9 +102,42 @@ class Sockets:
         return bool(_links(self._node.inputs[name]))
 
 
-def _by_kind_of_ray(socket):
-    """Whether a Light Path node says directly how to mix."""
-    return any(link.from_node.type == "LIGHT_PATH" for link in _links(socket))
+def _mixed(node, groups):
+    """Shares of the two shaders of a Mix Shader.
+
+    A mix by what kind of ray it is counts as for none of those that Light Path names, the ways of light being traced;
+    one by Fresnel or Layer Weight as for light along the normal. It takes nothing from the first: what glass reflects
+    is taken from it where light meets it, and not twice.
+    """
+    by = {link.from_node.type: link for link in _links(node.inputs[0]) if not link.from_node.mute}
+    if "LIGHT_PATH" in by:
+        return 1.0, 0.0
+    for kind in _ALONG_THE_NORMAL.keys() & by.keys():
+        return 1.0, _ALONG_THE_NORMAL[kind](by[kind], groups)
+    second = min(max(Sockets(node, groups)(0), 0.0), 1.0)
+    return 1 - second, second
+
+
+def _fresnel(link, groups):
+    return _reflected(Sockets(link.from_node, groups)("IOR"))
+
+
+def _layer_weight(link, groups):
+    if link.from_socket.identifier != "Fresnel":
+        return 0.0  # Facing
+    return _reflected(1 / max(1 - Sockets(link.from_node, groups)("Blend"), 1e-5))
+
+
+def _reflected(eta):
+    return ((eta - 1) / (eta + 1)) ** 2
+
+
+_ALONG_THE_NORMAL = {"FRESNEL": _fresnel, "LAYER_WEIGHT": _layer_weight}
+
+
+def _passed_on(link):
+    """The inputs that a muted node hands on to a link."""
+    return [inner.from_socket for inner in link.from_node.internal_links if inner.to_socket == link.from_socket]
 
 
 def _links(socket):

@@ -65,7 +65,7 @@ def read_specular(material, ior=0.0, abbe=0.0) -> Specular | None:
     if not parts:
         return None
     most = max(parts, key=lambda part: part.share)
-    found = Specular(_dimmed(most.material, most.share), most.roughness)
+    found = Specular(_dimmed(most.material, most.share), float(f"{most.roughness:.6g}"))  # 0.1 as it was typed
     if isinstance(found.material, Mirror):
         sigma_a, remarks = np.zeros(3), []
     else:

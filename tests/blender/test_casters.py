@@ -64,6 +64,19 @@ def test_glass_without_water_is_a_scene(scene):
     assert caster.material.eta == 1.5
 
 
+def test_glass_whose_shadow_is_off_casts_all_the_same(scene):
+    """The usual way to let EEVEE's light through glass; Attach turns the shadow on while maps are shown."""
+    label = material("Label", **{"Transmission Weight": 0.0})
+    for name, *materials in (("Ball", material("Clear"), label), ("Stone", label)):
+        ball(name, *materials).visible_shadow = False
+    made = bpy.data.objects["Ball"].data
+    made.polygons.foreach_set("material_index", [k % 2 for k in range(len(made.polygons))])
+    found, warnings = read()
+    assert [c.name for c in found.casters] == ["Ball"] and len(found.casters[0].triangles) == 16 * 14 / 2
+    assert found.occluders == () and [w for w in warnings if "closed" not in w] == []
+    assert caster_names(bpy.context.evaluated_depsgraph_get(), {"Floor"}) == ["Ball"]
+
+
 def test_plain_things_block(scene):
     ball("Ball", material("Clear"))
     ball("Stone", material("Grey", **{"Transmission Weight": 0.0}))
@@ -152,6 +165,15 @@ def test_rough_glass_blocks_and_says_so_until_it_is_asked_to_cast(scene):
     found, warnings = read()
     assert [c.name for c in found.casters] == ["Ball", "Lamp"]
     assert warnings == ["Caustics take material 'Frosted' as smooth, of roughness 0.3."]
+
+
+def test_the_roughness_that_is_said_to_cast_does(scene):
+    """0.1 as it is typed, which Blender keeps as a little more."""
+    ball("Ball", material("Clear", Roughness=0.1))
+    assert [c.name for c in read()[0].casters] == ["Ball"]
+    bpy.data.materials["Clear"].node_tree.nodes["Principled BSDF"].inputs["Roughness"].default_value = 0.101
+    with pytest.raises(DappleError, match=r"glass of roughness 0\.1 and"):
+        read()
 
 
 def test_what_casts_in_cycles_casts(scene):

@@ -142,6 +142,52 @@ def test_shadow_rays_mixed_with_transparency_are_none_of_ours(tree):
     assert found.warnings == ()
 
 
+def mixed_by(tree, kind, output, values, *shaders):
+    """A Mix Shader of two by an output of a node of a kind."""
+    mix = node(tree, "ShaderNodeMixShader", {})
+    tree.links.new(node(tree, kind, values).outputs[output], mix.inputs[0])
+    for k, shader in enumerate(shaders):
+        tree.links.new(shader.outputs[0], mix.inputs[k + 1])
+    return mix
+
+
+@pytest.mark.parametrize(
+    ("kind", "output", "values"),
+    [
+        ("ShaderNodeFresnel", 0, {"IOR": 1.5}),
+        ("ShaderNodeLayerWeight", "Fresnel", {"Blend": 1 / 3}),
+        ("ShaderNodeLayerWeight", "Facing", {"Blend": 0.5}),
+    ],
+)
+def test_glass_made_by_hand_is_glass_and_what_is_varnished_is_no_mirror(tree, kind, output, values):
+    """Refraction and Glossy by Fresnel: what passes is dimmed by Fresnel's share where light meets it, not before."""
+    glossy = node(tree, "ShaderNodeBsdfAnisotropic", {"Roughness": 0.0})
+    bends = node(tree, "ShaderNodeBsdfRefraction", {"Color": COLOUR, "IOR": 1.5})
+    found = show(tree, mixed_by(tree, kind, output, values, bends, glossy))
+    check_glass(found, 1.5, RGB, 0)
+    assert found.warnings == ()
+    diffuse = node(tree, "ShaderNodeBsdfDiffuse", {})
+    assert show(tree, mixed_by(tree, kind, output, values, diffuse, glossy)) is None
+    metal = show(tree, mixed_by(tree, "ShaderNodeFresnel", 0, {"IOR": 9.0}, diffuse, glossy))
+    np.testing.assert_allclose(metal.material.f0, 0.64 * np.array(glossy.inputs["Color"].default_value[:3]), atol=1e-6)
+
+
+def test_a_muted_node_is_passed_by_or_is_none(tree):
+    glass, diffuse = node(tree, "ShaderNodeBsdfGlass", {"IOR": 1.5}), node(tree, "ShaderNodeBsdfDiffuse", {})
+    mix = node(tree, "ShaderNodeMixShader", {0: 1.0})
+    tree.links.new(glass.outputs[0], mix.inputs[1])
+    tree.links.new(diffuse.outputs[0], mix.inputs[2])
+    assert show(tree, mix) is None
+    mix.mute = True  # now its first shader shows
+    check_glass(show(tree, mix), 1.5, 1, 1)
+    value = tree.nodes.new("ShaderNodeValue")
+    value.outputs[0].default_value, value.mute = 1.7, True
+    tree.links.new(value.outputs[0], glass.inputs["IOR"])
+    assert "fed by nodes" in show(tree, mix).warnings[0]
+    glass.mute = True
+    assert show(tree, mix) is None
+
+
 def test_specular_tint_colours_what_glass_reflects(tree):
     found = show(tree, node(tree, "ShaderNodeBsdfPrincipled", {**GLASS, "Specular Tint": COLOUR}))
     check_glass(found, 1.5, np.sqrt(RGB), RGB)
