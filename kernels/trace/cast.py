@@ -28,7 +28,7 @@ from .volume import Box
 
 CAUSES = {MISS: "missed", BEYOND: LOST[_BEYOND], FAINT: "faint", CULLED: "culled", BLOCKED: "occluded"}
 _LOST = (*dict.fromkeys(CAUSES.values()), "absorbed", LOST[BACK])
-_CELLS = 32, 256  # of the entry, along its longer side, at least and at most
+_WITHIN = 0.99  # of what is seen at a glance: the cells of the entry
 _FAINT = 1e-2  # of the tolerance: branches that carry less of a photon are not followed
 
 
@@ -87,10 +87,8 @@ class Cast(Followed):
         soup = np.concatenate([*soups, scene.water.positions[scene.water.triangles]])
         meshes = (*scene.receivers, *scene.occluders, *scene.casters, scene.water)
         self.texel_area = np.array([t.area.sum() / len(t.area) for t in texels])
-        extent = np.ptp(soup, axis=(0, 1)).max() if len(soup) else 0.0  # none, where the volume holds no caster
-        wide = extent / (SIGHT * np.sqrt(self.texel_area.min()))
-        cells = int(np.clip(wide, *_CELLS)) + 1
-        self.entry = Entry(light, soup, np.concatenate([mesh.positions for mesh in meshes]), cells)
+        width = _WITHIN * SIGHT * np.sqrt(self.texel_area.min())
+        self.entry = Entry(light, soup, np.concatenate([mesh.positions for mesh in meshes]), width)
         self.water = self.entry.lit
         self.strays = Strays(scene, surfaces)
         self.bins = Bins(len(texels) * self.arrivals.side**2, _LOST, self.channels)
@@ -103,7 +101,8 @@ class Cast(Followed):
         """Flux [W] per owned texel (K,3), per cause of loss and in all (3,), by about `photons` points, and how many
         there were."""
         used = 0
-        for _, _, m, area in points(self.water, evenly(self.water, photons), self.entry.place, rng):
+        seed = int(rng.integers(1 << 62))
+        for _, _, m, area in points(self.water, evenly(self.water, photons), self.entry.place, seed):
             rays, met = self.start(m)
             for ended, end in self.follower.ends(rays):
                 flux = np.take(area * met, ended.photon)

@@ -1,7 +1,10 @@
 """Where light sets out towards the casters: cells of a plane across a sun, above everything, or of a cube round a lamp.
 
 The cells are those on which something that is looked for may lie, as the light sees it. They are handed on as if they
-were water that bends nothing, so that beams and points start on them as on water.
+were water that bends nothing, so that beams and points start on them as on water. They lie on a lattice that stays
+where it is from frame to frame, so that what does not move is met by the same rays.
+
+[1] Steele, Lea & Flood 2014, Fast splittable pseudorandom number generators, OOPSLA.
 """
 
 from __future__ import annotations
@@ -13,30 +16,38 @@ from ..lit_water import cut_behind, in_perspective, light_water
 from ..maps.uv_raster import touching
 from ..optics import sun_frame
 from ..scene import Sun, Water
+from .steady import bounds, no_larger
 
 BLOCK = 1 << 14  # points at once: enough that a call costs more than its start, few enough for the cache
 _APART = 1 << 20  # more columns than a plane has cells
 _TINY = np.finfo(float).tiny
+_GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 _NEAR = 1e-6  # of the farthest point: what is nearer to the lamp than that is not looked for
+_LEAST = 1e-9  # of how far off it is: the size of a cell
+_CELLS = 32, 256  # along the longer side of a plane, at least and at most
 _ABOVE = 1e-3  # of the extent: how far above everything a sun's light sets out
+_ASIDE = 1 / np.pi  # of a cell: edges of what is modelled at round numbers lie on no edge of cells
 
 
 class Entry:
     """The cells (n,) of a light from which it may meet triangles soup (T,3,3).
 
-    everything (V,3): all positions of the scene; cells: along the longer side of what is seen. lit: their LitWater;
-    cell (2n,) that each of its triangles is in; place (2,n): columns and rows of cells, those of each plane apart.
+    everything (V,3): all positions of the scene; width [m] that cells are to have where what is seen is, within reason.
+    lit: their LitWater; cell (2n,) that each of its triangles is in; place (2,n): columns and rows of cells, those of
+    each plane apart.
     """
 
-    def __init__(self, light, soup, everything, cells):
+    def __init__(self, light, soup, everything, width):
         if isinstance(light, Sun):
             frame = sun_frame(light.direction)
             local = everything @ frame.T
-            top = local[:, 2].max() + _ABOVE * np.ptp(local, axis=0).max()
+            low, high = local.min(0), local.max(0)
+            top = bounds(low, high + _ABOVE * (high - low).max())[1][2]
             views = [(frame, (soup @ frame.T)[:, :, :2], np.array([0, 0, top]), np.inf)]
         else:
             views = [(f, _seen(light.position, soup, f), f @ light.position - [0, 0, 1], 1.0) for f in _cube()]
-        self._faces = [_Face(*view, cells) for view in views if len(view[1])]
+        apart = None if isinstance(light, Sun) or not len(soup) else np.ptp(soup, axis=(0, 1)).max()
+        self._faces = [_Face(*view, width, apart) for view in views if len(view[1])]
         parts = [face.mesh() for face in self._faces]
         bases = np.cumsum([0, *(len(p[0]) for p in parts)])
         positions, normals = (np.concatenate([np.zeros((0, 3)), *(p[k] for p in parts)]) for k in (0, 2))
@@ -63,9 +74,10 @@ def evenly(lit, photons):
     return np.ceil(np.sqrt(area * (photons / max(area.sum(), _TINY))) - 1e-9).astype(np.int64)
 
 
-def points(lit, side, place, rng):
+def points(lit, side, place, seed):
     """Yield cells (n,), strata (2,n), points m (3,n) on them, in the world, and the area (n,) of each, over a LitWater
-    of cells that lie at place (2,cells): jittered in each of side by side parts of a cell, side (cells,).
+    of cells that lie at place (2,cells): jittered in each of side by side parts of a cell, side (cells,), by its place
+    and the seed alone.
 
     Strata of cells with as many points are numbered through, those of others are apart.
     """
@@ -77,10 +89,27 @@ def points(lit, side, place, rng):
         for start in range(0, len(group), step):
             block = group[start : start + step]
             a, b, c = (np.take(lit.points, lit.triangles[2 * block, j], axis=0).T[:, :, None] for j in range(3))
-            u, v = (inner + rng.random((2, len(block), k * k))) / k
+            stratum = place[:, block, None] * k + inner
+            u, v = (inner + _jitter(stratum, k, seed)) / k
             m = (a + u * (b - a) + v * (c - b)).reshape(3, -1)
-            stratum = (place[:, block, None] * k + inner).reshape(2, -1)
-            yield np.repeat(block, k * k), stratum, m, np.repeat(area[block] / (k * k), k * k)
+            yield np.repeat(block, k * k), stratum.reshape(2, -1), m, np.repeat(area[block] / (k * k), k * k)
+
+
+def _jitter(stratum, k, seed):
+    """Two numbers (2,...) from 0 to 1 of each of strata (2,...) of cells with k points along their side, as if by
+    chance."""
+    mixed = np.full(stratum.shape[1:], seed, np.uint64)
+    for part in (np.uint64(k), *stratum.astype(np.uint64)):
+        mixed = _mixed(mixed * _GOLDEN ^ part)
+    return np.stack([_mixed(mixed + np.uint64(n)) >> np.uint64(11) for n in (1, 2)]) * 2.0**-53
+
+
+def _mixed(number):
+    """The finish of SplitMix64 [1], of numbers uint64."""
+    with np.errstate(over="ignore"):
+        number = (number ^ number >> np.uint64(30)) * np.uint64(0xBF58476D1CE4E5B9)
+        number = (number ^ number >> np.uint64(27)) * np.uint64(0x94D049BB133111EB)
+    return number ^ number >> np.uint64(31)
 
 
 def _areas(lit):
@@ -90,18 +119,26 @@ def _areas(lit):
 
 class _Face:
     """Cells of one plane: frame (3,3), rows its axes x and y and the one back to the light; corners (T,3,2) of what is
-    seen on it; origin (3,) of its coordinates, in the frame; it spans -reach to reach. cells (rows, columns) bool."""
+    seen on it; origin (3,) of its coordinates, in the frame; it spans -reach to reach; width [m] of cells where what
+    is seen is apart [m], None where that is what it is on the plane. cells (rows, columns) bool."""
 
-    def __init__(self, frame, corners, origin, reach, cells):
+    def __init__(self, frame, corners, origin, reach, width, apart):
         self._frame, self._origin = frame, origin
         low, high = (np.clip(v, -reach, reach) for v in (corners.min((0, 1)), corners.max((0, 1))))
-        size = max((high - low).max() / cells, _TINY)
-        low, high = np.maximum(low - 2 * size, -reach), np.minimum(high + 2 * size, reach)
-        self._columns, self._rows = np.maximum(np.ceil((high - low) / size - 1e-9), 1).astype(np.int64)
-        self._low, self._size = low, (high - low) / (self._columns, self._rows)
-        grid = np.zeros((max(self._columns, self._rows),) * 2, bool)
-        grid.ravel()[touching((corners - low) / self._size, len(grid))[1]] = True
-        self.cells = _around(grid[: self._rows, : self._columns]) > 0
+        side = (high - low).max()
+        cells = np.clip((side if apart is None else apart) / width, *_CELLS)
+        size = no_larger(max(side / cells, _LEAST * np.abs([low, high]).max(), _TINY), width)
+        most, self._aside = np.inf, _ASIDE
+        if np.isfinite(reach):  # an odd number of whole cells fills the face
+            most, self._aside = np.ceil(reach / size), 0.5
+            size = reach / (most + 0.5)
+        first = np.maximum(np.floor(low / size - self._aside) - 1, -most - 1)
+        last = np.minimum(np.ceil(high / size - self._aside) + 1, most)
+        self._first, (columns, rows) = first.astype(np.int64), (last - first).astype(np.int64)
+        self._columns, self._size = columns, size
+        grid = np.zeros((max(columns, rows),) * 2, bool)
+        grid.ravel()[touching(corners / size - self._aside - self._first, len(grid))[1]] = True
+        self.cells = _around(grid[:rows, :columns]) > 0
 
     def around(self, part):
         """As `Entry.around`, of this face's cells."""
@@ -110,8 +147,8 @@ class _Face:
         return _around(grid)[self.cells]
 
     def place(self):
-        """Column and row (2,n) of the cells."""
-        return np.stack(np.nonzero(self.cells)[::-1])
+        """Column and row (2,n) of the cells, on a lattice that stays where it is while things move."""
+        return np.stack(np.nonzero(self.cells)[::-1]) + self._first[:, None]
 
     def mesh(self):
         """Positions (V,3), triangles (2n,3) and normals (V,3) of the cells."""
@@ -120,9 +157,12 @@ class _Face:
         quad = np.stack([first, first + 1, first + self._columns + 2, first + self._columns + 1], 1)
         used, index = np.unique(quad, return_inverse=True)
         y, x = np.divmod(used, self._columns + 1)
-        local = np.stack([x * self._size[0] + self._low[0], y * self._size[1] + self._low[1], np.zeros(len(used))], 1)
+        x, y = (
+            ((v + f + self._aside) * self._size + o)[:, None] for v, f, o in zip((x, y), self._first, self._origin[:2])
+        )
         triangles = index.reshape(-1, 4)[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
-        return (local + self._origin) @ self._frame, triangles, np.tile(self._frame[2], (len(used), 1))
+        positions = x * self._frame[0] + y * self._frame[1] + self._origin[2] * self._frame[2]
+        return positions, triangles, np.tile(self._frame[2], (len(used), 1))
 
 
 def _around(grid):

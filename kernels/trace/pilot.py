@@ -17,7 +17,7 @@ from .codes import MOST
 ALONG = 2  # points along the side of a cell
 PILOT, POINTS, BEAMS = 0, 1, 2
 _ROUGH = 5  # of eight cells: so many around a cell are to be mixed
-_MORE = 64  # points along the side of a cell, at most
+_SIDES = np.array([3, 4, 6, 8, 12, 16, 24, 32, 48, 64])  # points along the side of a cell: few steps seldom change
 _HALVINGS = 40
 
 
@@ -84,7 +84,8 @@ class Pilot:
 
         def given(worth):
             points = light / np.sqrt(worth * rays)
-            side = np.where(points <= ALONG**2, 0, np.clip(np.ceil(np.sqrt(points)), ALONG + 1, _MORE))
+            side = _SIDES[np.minimum(np.searchsorted(_SIDES**2, points), len(_SIDES) - 1)]
+            side = np.where(points <= ALONG**2, 0, side)
             return side, np.where(side > 0, light**2 / np.maximum(side, 1) ** 2, noise).sum()
 
         low, high = -80.0, 80.0  # of the logarithm of the squared error that a ray more takes away

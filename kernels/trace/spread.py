@@ -57,9 +57,9 @@ class Spread:
 
     def _look(self):
         """Yield Rays, what they end on, their flux over the power, cells (k,) and strata (2,k) of a few points."""
-        cast, rng = self._cast, np.random.default_rng(self._settings.seed)
+        cast = self._cast
         side = np.full(len(cast.water.area) // 2, ALONG)
-        for cell, stratum, m, area in points(cast.water, side, cast.entry.place, rng):
+        for cell, stratum, m, area in points(cast.water, side, cast.entry.place, self._settings.seed):
             rays, met = cast.start(m)
             for ended, end in cast.follower.ends(rays):
                 flux = np.take(area * met, ended.photon) * ended.share
@@ -100,10 +100,10 @@ class Spread:
 
     def _land_more(self, pilot):
         """Land more points where light is rough."""
-        cast, rng = self._cast, np.random.default_rng([self._settings.seed, 1])
+        cast = self._cast
         side, words, want = pilot.points()
         codes = Codes(words)
-        for cell, stratum, m, area in points(cast.water, side, cast.entry.place, rng):
+        for cell, stratum, m, area in points(cast.water, side, cast.entry.place, self._settings.seed):
             rays, met = cast.start(m)
             for ended, end in cast.follower.ends(rays, codes, want[cell]):
                 at = ended.photon

@@ -99,8 +99,8 @@ def _followed(cast, word):
     codes = None if word is None else Codes([word])
 
     def run():
-        rng, photons = np.random.default_rng(0), 0
-        for _, _, m, area in points(cast.water, evenly(cast.water, _POINTS), cast.entry.place, rng):
+        photons = 0
+        for _, _, m, area in points(cast.water, evenly(cast.water, _POINTS), cast.entry.place, 0):
             rays, met = cast.start(m)
             for ended, end in cast.follower.ends(rays, codes):
                 landed, arrives = cast.book(ended, end, np.take(area * met, ended.photon))

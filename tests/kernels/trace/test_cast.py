@@ -93,10 +93,10 @@ def test_light_that_leaves_the_volume_by_a_culling_face_is_booked():
             no_water(), room(2.0), (), (sun((0, 0, -1)),), casters=(slab((-0.5, -0.5, -0.1), (0.5, 0.5, 0.1)),),
             volume=Volume(matrix, culling),
         )  # fmt: skip
-        d = baked(scene, side=8).diagnostics
+        d = baked(scene, side=32).diagnostics
         assert d.flux_in[0] == 0, "the room's own ceiling is in the way"
         open_room = Scene(no_water(), room(2.0)[:1], (), scene.lights, casters=scene.casters, volume=scene.volume)
-        d = baked(open_room, side=8).diagnostics
+        d = baked(open_room, side=32).diagnostics
         assert d.flux_in[0] == pytest.approx(1.0, rel=1e-2)
         received = total(d.flux_received)[0]
         if cause:

@@ -116,7 +116,7 @@ def test_a_lamp_in_the_middle_of_a_ball_shines_as_without_it():
     cos / r^2 on the walls, times the glass's own absorption along 1, 3, 5 ... radii."""
     sigma = np.array([0.0, 0.2, 0.5])
     lamp = Point("Lamp", np.zeros(3), np.ones(3))
-    around = ball(0.5, fine=48, material=Glass(1.5, sigma))
+    around = ball(0.5, fine=96, material=Glass(1.5, sigma))
     answer, texels = baked(Scene(no_water(), room(1.0), (), (lamp,), casters=(around,)), tolerance=1e-5)
     clear = np.exp(-0.5 * sigma) * 0.96 / (1 - 0.04 * np.exp(-sigma))
     for image, own in zip(answer.images, texels, strict=True):

@@ -7,7 +7,7 @@ from dapple.kernels.scene import Sun
 from dapple.kernels.trace.entry import Entry
 from dapple.kernels.trace.pilot import ALONG, BEAMS, PILOT, POINTS, Pilot
 
-SIDE = 24
+SIDE = 40
 WORD = 0b111
 
 
@@ -16,7 +16,7 @@ def entry():
     """About SIDE by SIDE cells under a vertical sun."""
     corners = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
     soup = corners[[[0, 1, 2], [0, 2, 3]]]
-    return Entry(Sun("Sun", np.array([0.0, 0, -1]), np.ones(3)), soup, np.append(corners, [[0, 0, 1.0]], 0), SIDE)
+    return Entry(Sun("Sun", np.array([0.0, 0, -1]), np.ones(3)), soup, np.append(corners, [[0, 0, 1.0]], 0), 1 / SIDE)
 
 
 def _pilot(entry, hits, path=None, most=1.0, light=1.0, end=0):
