@@ -151,7 +151,9 @@ class _Work:
         self._spread(nodes.take(six[:3, at].ravel()), area[at], self._book(nodes, six[weigh][:, at], area[at]))
         torn = done & ~sheet
         if self.lander.hides:
-            at = np.flatnonzero(torn & ~same)
+            dark = torn & ~same & (chart < 0).all(0)
+            self._look(nodes, six[:3, dark], area[dark], shade[dark])
+            at = np.flatnonzero(torn & ~same & ~dark)
             self._pieces(nodes, six[:, at], area[at])
             torn &= same
         at = np.flatnonzero(torn)

@@ -35,6 +35,15 @@ def test_energy_of_a_glass_ball_in_a_closed_room(points):
     np.testing.assert_allclose(total(d.flux_received), d.flux_in, rtol=3e-3)
 
 
+def test_what_misses_the_receivers_is_booked_whole():
+    """A ball of glass turns back what grazes its outline, and none of that comes to the floor behind it."""
+    scene = Scene(no_water(), (floor(side=1.0, z=-1.0),), (), (sun((0.3, 0.2, -1)),), casters=(ball(0.4, fine=96),))
+    texels = [rasterise(scene.receivers[0], 16, padding=0)]
+    coarse = (Settings(resolution=16, tolerance=0.1, seed=seed) for seed in range(3))
+    met = [over_casters(scene, texels, settings)[0].spread()[2][0] for settings in coarse]
+    assert np.mean(met) == pytest.approx(np.pi * 0.16, rel=2.5e-3)
+
+
 def test_a_slab_over_a_floor_passes_its_share_and_shades_nothing():
     """The sum over all inner reflections of (1 - F)^2 F^2k is (1 - F) / (1 + F)."""
     block = slab((-3, -3, 0.5), (3, 3, 0.6))

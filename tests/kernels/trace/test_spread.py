@@ -65,7 +65,7 @@ def test_what_comes_in_is_what_the_caster_stops(name):
     """Flux through the outline of the caster, torn behind it or not, and whether or not it comes to a receiver."""
     cast = _cast(CASES[name]())
     met, stopped = cast.spread()[2], cast.throw(2e5, np.random.default_rng(3))[2]
-    assert met[0] == pytest.approx(stopped[0], rel=1.2e-2)
+    assert met[0] == pytest.approx(stopped[0], rel=8e-3)
 
 
 def test_seeds_agree_on_the_whole_of_torn_light():
