@@ -24,7 +24,8 @@ class Rays:
     code (k,), or its node where Codes are asked for, and want (k,) which of them; path (k,) a number for the smooth
     patches that it met; met (k,) how many surfaces; cast (k,) bool whether one was a caster; out (k,) bool whether it
     left the volume; way (k,) [m] gone since the origin it began with; astray (k,) 1 + the last triangle at which it
-    left a body that it was not in, or came too deep into one, 0 for none."""
+    left a body that it was not in, or came too deep into one, 0 for none; left (k,) what it may meet, see
+    `legs.Legs`."""
 
     photon: np.ndarray
     origin: np.ndarray
@@ -41,6 +42,7 @@ class Rays:
     out: np.ndarray
     way: np.ndarray
     astray: np.ndarray
+    left: np.ndarray
 
     @classmethod
     def of(cls, origin, direction, channels, state=0):
@@ -50,7 +52,7 @@ class Rays:
         whole, way = (np.ones(count), np.ones((channels, count))), np.zeros(count)
         index = np.arange(count)
         words = none + state, none + 1, none, none, none
-        return cls(index, origin, direction, origin, *whole, *words, no, no, way, none)
+        return cls(index, origin, direction, origin, *whole, *words, no, no, way, none, none.astype(np.int16))
 
     def take(self, index):
         """The Rays of a part, see `picks`."""

@@ -60,8 +60,8 @@ class Meeting:
         return chosen(passes), chosen(turns)
 
     def _passed(self, at, cos_t, share, code, codes):
-        """Of what passes of those `at`: directions, where they start, shares over those before, tints, states, codes;
-        tints are None where they change nothing."""
+        """Of what passes of those `at`: directions, where they start, shares over those before, tints, states, codes,
+        what they left; None for tints where they change nothing, and for what is left where nothing is told by it."""
         surfaces = self._surfaces
         normal, direction, facet, point = (
             pick(v, at) for v in (self._normal, self._direction, self._facet, self._point)
@@ -69,16 +69,17 @@ class Meeting:
         cos_i, cos_t, ratio, share, code, side = (
             pick(v, at) for v in (self._cos_i, cos_t, self._ratio, share, code, self._side)
         )
-        bent = _on_its_side(refracted(direction, normal, cos_i, cos_t, ratio, side), facet, -side)
+        bent, along = _on_its_side(refracted(direction, normal, cos_i, cos_t, ratio, side), facet, -side)
         tint, after = self._tint(surfaces.transmits, at), _next(codes, 1, code)
         share = 1 - share
         if self._odd:
             straight = pick(self._kind, at) == STRAIGHT
             bent, tint = np.where(straight, direction, bent), np.where(straight, 1.0, tint)
             share, after = np.where(straight, 1.0, share), np.where(straight, code, after)
+            along = np.where(straight, -side * dot(direction, facet), along)
         start = point - (surfaces.off * side) * facet
         state = surfaces.crossings.passed.take(pick(self._key, at))
-        return bent, start, share, tint, state, after
+        return bent, start, share, tint, state, after, self._left(at, side < 0, along)
 
     def _turned(self, at, share, code, codes):
         """As `_passed`, of what interfaces turn back and mirrors reflect."""
@@ -94,9 +95,20 @@ class Meeting:
             tint = np.where(mirror, schlick(cos_i, f0, f90), tint)
             share, after = np.where(mirror, 1.0, share), np.where(mirror, code, after)
         start = point + (surfaces.off * side) * facet
-        direction = _on_its_side(reflected(direction, normal, cos_i, side), facet, side)
+        direction, along = _on_its_side(reflected(direction, normal, cos_i, side), facet, side)
         state = surfaces.crossings.turned.take(pick(self._key, at))
-        return direction, start, share, tint, state, after
+        return direction, start, share, tint, state, after, self._left(at, side > 0, along)
+
+    def _left(self, at, outwards, along):
+        """What those `at` are marked with that leave outwards (k,) bool, at cosines along (k,) to facets; see
+        `legs.Legs`."""
+        legs = self._surfaces.legs
+        if not legs.known:
+            return None
+        triangle = pick(self._triangle, at)
+        left = legs.left.take(2 * triangle + outwards)
+        left *= along > legs.steep.take(triangle)
+        return left
 
     def _tint(self, colours, at):
         """Of colours (C,materials) those (C,k) of the materials of those `at`, or None where nothing has one."""
@@ -104,7 +116,7 @@ class Meeting:
             return None
         return colours.take(pick(self._twice, at) // 2, axis=1)
 
-    def _gone(self, both, direction, start, share, tint, state, code):
+    def _gone(self, both, direction, start, share, tint, state, code, left):
         """The Rays that leave, of those `both` that meet, with what changes on the way."""
         rays, surfaces, old = self._rays, self._surfaces, within(self._at, both)
         triangle, key = pick(self._triangle, both), pick(self._key, both)
@@ -138,6 +150,7 @@ class Meeting:
             out=pick(rays.out, old),
             way=pick(rays.way, old) + distance,
             astray=astray,
+            left=pick(rays.left, old) if left is None else left,
         )
 
 
@@ -148,10 +161,10 @@ def _next(codes, turn, code):
 
 def _on_its_side(direction, facet, side):
     """Unit directions (3,k), those that do not leave facets (3,k) on one side, 1 or -1 (k,), brought to graze them
-    there."""
+    there; and the cosines (k,) at which they had left."""
     along = side * dot(direction, facet)
     if along.min(initial=1.0) < _LEAST:
         low = np.flatnonzero(along < _LEAST)
         d = direction[:, low] + (_LEAST - along[low]) * (side[low] * facet[:, low])
         direction[:, low] = d / np.sqrt(dot(d, d))
-    return direction
+    return direction, along

@@ -14,6 +14,7 @@ from ..maps.charts import patches
 from ..optics import dot
 from ..rays import Tracer, soup
 from .crossings import Crossings
+from .legs import Legs
 from .media import Media, outside
 
 _OFF = 2e-6  # of the extent: how far off a surface rays start, so that float32 does not find what they leave
@@ -27,7 +28,7 @@ class Surfaces:
     receiving, solid: how many triangles belong to receivers, and to all that ends rays; water: from which one on they
     are water. media: the Media, and crossings: the Crossings; sigma_a (C,media), and absorbing: whether any does; twice
     (T,) the material of bending triangles, and of materials, which differ also by the class of media that they bound:
-    reflects, transmits, f0, f90 (C,materials); tinted: whether any interface is.
+    reflects, transmits, f0, f90 (C,materials); tinted: whether any interface is; legs: the Legs.
     """
 
     def __init__(self, scene, power):
@@ -47,6 +48,8 @@ class Surfaces:
         tables = [_geometry(mesh) for mesh in meshes]
         self._table = np.concatenate(tables, 1)
         self.patch = _patches(meshes)
+        solid = (*scene.receivers, *scene.occluders)
+        self.legs = Legs((*solid, *meshes), self.tracer, len(solid), self._table[:3])
 
     def _tabulate_materials(self, scene, power):
         """Materials: one for each different one of the casters, in each class of media that it bounds, and the
@@ -79,7 +82,7 @@ class Surfaces:
 
     def first(self, rays):
         """The first triangle (k,) that Rays meet, MISS for none."""
-        return self.tracer.first(rays.start.T, rays.direction.T)
+        return self.legs.first(rays.start, rays.direction, rays.left)
 
     def met(self, origin, direction, triangle):
         """Where rays from origins along directions (3,k) meet bending triangles (k,), numbered from 0: points (3,k),
