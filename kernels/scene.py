@@ -127,9 +127,10 @@ class Spot(Point):
 
 @dataclass(frozen=True)
 class Scene:
-    """All that one frame needs. Receivers block light too; the water blocks none. lights: Sun, Point or Spot, above the
-    water; eta and sigma_a (3,) [1/m], refraction and absorption of what is below it. A scene without water has one
-    without triangles. casters: what else throws caustics; volume: what bounds their work, None for their own bounds."""
+    """All that one frame needs. Receivers block light too; the water blocks none. lights: Sun, Point, Spot or
+    `area_lamps.Area`, above the water; eta and sigma_a (3,) [1/m], refraction and absorption of what is below it. A
+    scene without water has one without triangles. casters: what else throws caustics; volume: what bounds their work,
+    None for their own bounds."""
 
     water: Water
     receivers: tuple[Receiver, ...]

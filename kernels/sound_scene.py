@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from .area_lamps import Area
 from .casters import Glass
 from .facets import used
 from .scene import Spot, Sun
@@ -98,6 +99,8 @@ def _check_light(light):
     _check_positions(f"position of '{light.name}'", light.position[None])
     _check_range(f"intensity of '{light.name}'", light.intensity, 0.0, _MOST)
     _check_range(f"radius of '{light.name}'", light.radius, 0.0, FARTHEST)
+    if isinstance(light, Area):
+        _check_positions(f"sides of '{light.name}'", light.sides)
     if isinstance(light, Spot):
         _check_range(f"blend of '{light.name}'", light.blend, 0.0, 1.0)
 

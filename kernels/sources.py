@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from .area_lamps import Patch
 from .scene import Spot
 
 _TINY = np.finfo(float).tiny
@@ -60,9 +61,12 @@ class Central:
 
 
 def falloff(spot, direction):
-    """Share (k,) of a Spot's intensity along directions of travel (3,k): smoothstep over the blend, as Blender does."""
+    """Share (k,) of a Spot's intensity along directions of travel (3,k): smoothstep over the blend, as Blender does;
+    of a Patch as it says."""
     local = spot.frame @ direction
     cosine = local[2] / np.maximum(np.sqrt((local * local).sum(0)), _TINY)
+    if isinstance(spot, Patch):
+        return spot.falloff(cosine)
     edge = np.cos(spot.half_angle)
     x = np.clip((cosine - edge) / max((1 - edge) * spot.blend, 1e-9), 0, 1)
     return x * x * (3 - 2 * x)

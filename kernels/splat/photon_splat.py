@@ -10,6 +10,7 @@ and [3] collection points (Moreau & Doggett 2022), with footprints and strata in
 from __future__ import annotations
 
 import time
+from itertools import cycle
 
 import numpy as np
 
@@ -27,7 +28,7 @@ _OVER_CASTERS = "; over glass and metal points land what is weak or torn, with s
 _LEFT_OUT = [
     "what lies between the rays: objects less than a texel wide as the light sees them count in part",
     "penumbrae of objects as wide as they are: they get the width of the water's own",
-    "the size of lamps other than suns: light comes from their centre",
+    "the size of point and spot lamps: light comes from their centre",
 ]
 
 _BACKS = "a few per cent of the light next to normals whose back it meets, where what passes falls to nothing"
@@ -53,7 +54,8 @@ def solve(scene, texels, settings, kept=None):
     if settings.points:
         irradiance = until_good(lights, texels, settings, work).mean(0)
     else:
-        irradiance = _by_beams(lights, texels, settings, work)
+        among = [getattr(light, "among", 1) for light in scene.lights]
+        irradiance = _by_beams(zip(lights, cycle(among)), texels, work)
     work.seconds["photons"] = time.perf_counter() - start
     _tell_of_second_meetings(lights, settings.tolerance, work)
     work.left_out += left_out(scene, texels, settings, work, casts)
@@ -68,18 +70,20 @@ def _over_water(scene, texels, settings):
     return [Lit(light, around) for light in scene.lights]
 
 
-def _by_beams(lights, texels, settings, work):
-    """Irradiance (K,3) by beams; books what comes in and what is lost."""
+def _by_beams(lights, texels, work):
+    """Irradiance (K,3) by beams, of pairs of what is lit and how much more it may err than a whole lamp; books what
+    comes in and what is lost."""
     area = np.concatenate([t.area for t in texels])
     flux = np.zeros((3, len(area))).T  # a row in memory per channel
-    errors = [0.0]
-    for lit in lights:
+    errors, beams = [0.0], 0
+    for lit, among in lights:
         owned, lost, met, error = lit.spread()
         flux += owned
-        errors.append(error)
+        errors.append(error / among)
+        beams += np.count_nonzero(lit.water.area)
         book(work, lost, met)
     work.estimated_error = max(errors)
-    work.paths = {"beams": sum(np.count_nonzero(lit.water.area) for lit in lights)}
+    work.paths = {"beams": beams}
     return flux / area[:, None]
 
 

@@ -31,7 +31,8 @@ class Lit:
     """One light, the water in it, and where that lands."""
 
     def __init__(self, light, around):
-        self.light, self._around, self._tolerance = light, around, around.settings.tolerance
+        self.light, self._around = light, around
+        self._tolerance = around.settings.tolerance * getattr(light, "among", 1)
         self.scene, self.texels = scene, texels = around.scene, around.texels
         self.water, self._again = around.lit(light), 0
         without = around.settings.without

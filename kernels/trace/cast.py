@@ -48,7 +48,8 @@ def over_casters(scene, texels, settings, kept=None):
     for light in scene.lights:
         count, _ = directions(scene, light, texels)
         plain = count == 1
-        casts.append(make(light, settings.tolerance) if plain else DiscCast(light, count, make, settings))
+        own = settings.tolerance * getattr(light, "among", 1)
+        casts.append(make(light, own) if plain else DiscCast(light, count, make, settings))
         if kept is not None:
             casts[-1].keep = partial(kept.of, scene, light, power > 0, texels, settings)
     return casts

@@ -1,7 +1,8 @@
 """Lamps of the evaluated scene as lights of `kernels.scene`.
 
 What a lamp of some power means is as Blender shows it on a white diffuse plane, measured in Cycles 5.0: a point or
-spot lamp of P watts has the radiant intensity P / (4 pi), a spot on its axis, whatever its cone.
+spot lamp of P watts has the radiant intensity P / (4 pi), a spot on its axis, whatever its cone; an area lamp P / pi
+along its axis.
 """
 
 from __future__ import annotations
@@ -10,6 +11,8 @@ import math
 
 import numpy as np
 
+from ...kernels.area_lamps import Area
+from ...kernels.optics import sun_frame
 from ...kernels.scene import Point, Spot, Sun
 from ...kernels.under_water import under_water
 from ..errors import DappleError
@@ -18,16 +21,11 @@ from ..errors import DappleError
 def read_lights(lamps, water):
     """(lights, warnings) of (name, light, world matrix (4,4)) tuples of the lamps that render, over a Water, if any.
 
-    Left out with a warning: area lamps, suns that shine upward, lamps that stand under the water. Raises DappleError
-    where no lamp is left that shines.
+    Left out with a warning: suns that shine upward, lamps that stand under the water. Raises DappleError where no lamp
+    is left that shines.
     """
     lights, warnings = [], []
     for name, light, matrix in lamps:
-        if light.type == "AREA":
-            warnings.append(
-                f"Lamp '{name}' is an area lamp and was left out: this version bakes sun, point and spot lamps only."
-            )
-            continue
         found = _READERS[light.type](name, light, matrix)
         power = found.irradiance if light.type == "SUN" else found.intensity
         if not (power >= 0).all() or not np.isfinite(power).all():
@@ -87,7 +85,20 @@ def _spot(name, light, matrix):
     return Spot(name, matrix[:3, 3], _intensity(light), radius, frame, half_angle, blend)
 
 
-_READERS = {"SUN": _sun, "POINT": _point, "SPOT": _spot}
+def _area(name, light, matrix):
+    """The Area of a Blender light, in its own x and y."""
+    round_one = light.shape in ("DISK", "ELLIPSE")
+    sizes = light.size, light.size_y if light.shape in ("RECTANGLE", "ELLIPSE") else light.size
+    sides = matrix[:3, :2].T * np.array(sizes)[:, None] / 2
+    intensity = _colour(light) / math.pi
+    if not getattr(light, "normalize", True):
+        intensity *= (math.pi if round_one else 4) * np.linalg.norm(np.cross(*sides))
+    frame = sun_frame(_axis(matrix)) * [[1.0], [1.0], [-1.0]]
+    half_angle = min(float(light.spread) / 2, math.pi / 2)
+    return Area(name, matrix[:3, 3], intensity, 0.0, frame, half_angle, sides=sides, round=round_one)
+
+
+_READERS = {"SUN": _sun, "POINT": _point, "SPOT": _spot, "AREA": _area}
 
 
 def _axis(matrix):

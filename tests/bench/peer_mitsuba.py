@@ -22,6 +22,10 @@ def runs(scene, texels):
     import drjit
     import mitsuba
 
+    from dapple.kernels.area_lamps import Area
+
+    if any(isinstance(light, Area) for light in scene.lights):
+        raise ValueError("area lamps are not handed to Mitsuba")
     mitsuba.set_variant("llvm_ad_rgb")
     drjit.set_thread_count(1)
     yield from _aimed(scene, texels)

@@ -195,11 +195,11 @@ def test_awkward_names_get_folders_of_their_own(pool, out):
 
 
 def test_warnings_reach_the_record(pool, out):
-    panel = bpy.data.objects.new("Panel", bpy.data.lights.new("Panel", "AREA"))
-    pool.collection.objects.link(panel)
+    sunken = bpy.data.objects.new("Sunken", bpy.data.lights.new("Sunken", "POINT"))
+    pool.collection.objects.link(sunken)
     run(pool, frames=(1,))
     (warning,) = record(out)["frames"]["1"]["warnings"]
-    assert "'Panel' is an area lamp" in warning
+    assert "'Sunken' is under the water" in warning
 
 
 @pytest.mark.bpy_module

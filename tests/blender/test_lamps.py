@@ -101,6 +101,21 @@ def test_a_spot_that_is_tilted_and_stretched(pool, tmp_path, blend):
     assert_alike(pool, tmp_path)
 
 
+@pytest.mark.parametrize("settings", [{}, {"shape": "ELLIPSE", "size_y": 0.05}, {"spread": 1.2}])
+def test_a_small_area_lamp_that_is_tilted_and_stretched(pool, tmp_path, settings):
+    lamp("AREA", (0.5, 0.0, 3.0), (0.3, 0.2, 0.5), (1.5, 1.0, 1.2), **{"size": 0.02, **settings})
+    assert_alike(pool, tmp_path)
+
+
+@since_4_5
+@pytest.mark.parametrize("shape", ["RECTANGLE", "DISK"])
+def test_an_area_lamp_of_some_width_and_power_per_area(pool, tmp_path, shape):
+    thing = lamp("AREA", (0.3, 0.0, 2.0), (0.2, 0.1, 0.0), (1.2, 1.0, 1.0), size=0.8, size_y=0.4, shape=shape)
+    thing.data.normalize = False
+    pool.dapple.tolerance = 1e-3
+    assert_alike(pool, tmp_path)
+
+
 def test_a_sun_and_two_lamps_at_once(pool, tmp_path):
     lamp("POINT", (0.8, 0.8, 4.0))
     lamp("SPOT", (-0.5, 0.2, 3.0), spot_size=0.9, spot_blend=0.5, color=(0.2, 1.0, 0.4))
