@@ -8,7 +8,7 @@ import numpy as np
 
 from ..optics import dot
 from ..splat.lander import BACK, texel_maps
-from .picks import chosen, indices
+from .picks import chosen, indices, pick
 
 
 @dataclass
@@ -27,7 +27,7 @@ class Landed:
     way: np.ndarray
 
     def take(self, index):
-        return Landed(*(np.take(a, index, axis=-1) for a in vars(self).values()))
+        return Landed(*(pick(a, index) for a in vars(self).values()))
 
 
 class Arrivals:
@@ -62,14 +62,27 @@ class Arrivals:
     def of(self, rays, end):
         """The Landed of those Rays that end (k,) on triangles of receivers."""
         part = chosen((end >= 0) & (end < self._surfaces.receiving))
-        at, rays, triangle = indices(part, len(end)), rays.take(part), end[part]
+        names = "photon", "path", "origin", "direction", "colour", "state", "way"
+        photon, path, origin, direction, colour, state, way = (pick(getattr(rays, name), part) for name in names)
+        triangle = pick(end, part).astype(np.int64)
         height, x, y = self._maps.take(triangle, 1, mode="clip").reshape(3, 4, -1)
-        fall = dot(height, rays.direction)
+        fall = dot(height, direction)
+        distance = dot(height, origin)
+        distance += height[3]
         with np.errstate(divide="ignore", invalid="ignore"):  # a surface exactly along the ray
-            distance = -(dot(height, rays.origin) + height[3]) / fall
-        distance = np.where(np.isfinite(distance), np.maximum(distance, 0), 0.0)
-        point = rays.origin + distance * rays.direction
-        x, y = (np.clip(dot(v, point) + v[3], 0, self.side) for v in (x, y))
-        colour = self._surfaces.dimmed(rays.colour, np.take(self._surfaces.crossings.medium, rays.state), distance)
-        chart = np.where(fall < 0, np.take(self._charts, triangle), BACK)
-        return Landed(at, rays.photon, rays.path, chart, x, y, colour, rays.way + distance)
+            distance /= -fall
+        np.maximum(distance, 0, out=distance)
+        distance[~np.isfinite(distance)] = 0.0
+        point = distance * direction
+        point += origin
+        x, y = (self._held(dot(v, point), v[3]) for v in (x, y))
+        colour = self._surfaces.dimmed(colour, self._surfaces.crossings.medium.take(state), distance)
+        chart = self._charts.take(triangle)
+        chart[fall >= 0] = BACK
+        return Landed(indices(part, len(end)), photon, path, chart, x, y, colour, way + distance)
+
+    def _held(self, texel, offset):
+        """Coordinates (k,) from an offset on, held within the maps."""
+        texel += offset
+        np.maximum(texel, 0, out=texel)
+        return np.minimum(texel, self.side, out=texel)

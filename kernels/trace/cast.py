@@ -20,6 +20,7 @@ from .arrivals import Arrivals
 from .entry import Entry, evenly, points
 from .follow import BEYOND, BLOCKED, CULLED, FAINT, Follower, Rays
 from .kept_light import Followed
+from .picks import chosen
 from .spread import SIGHT, Spread
 from .strays import Strays, odd
 from .sun_disc import DiscCast, directions
@@ -142,7 +143,7 @@ class Cast(Followed):
         flux = flux * rays.share
         landed = self.landed(rays, end)
         self.bins.add_lost(LOST[BACK], flux[landed.ray[landed.chart == BACK]].sum())
-        landed = landed.take(np.flatnonzero(landed.chart != BACK))
+        landed = landed.take(chosen(landed.chart != BACK))
         own = flux[landed.ray]
         self.bins.met += flux.sum()
         self.bins.add_lost("absorbed", (own * (1 - landed.colour)).sum(1))

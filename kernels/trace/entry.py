@@ -18,7 +18,7 @@ from ..optics import sun_frame
 from ..scene import Sun, Water
 from .steady import bounds, no_larger
 
-BLOCK = 1 << 14  # points at once: enough that a call costs more than its start, few enough for the cache
+BLOCK = 1 << 16  # points at once: enough that a call costs more than its start even when few of them go on
 _APART = 1 << 20  # more columns than a plane has cells
 _TINY = np.finfo(float).tiny
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
@@ -98,7 +98,7 @@ def points(lit, side, place, seed):
 def _jitter(stratum, k, seed):
     """Two numbers (2,...) from 0 to 1 of each of strata (2,...) of cells with k points along their side, as if by
     chance."""
-    mixed = np.full(stratum.shape[1:], seed, np.uint64)
+    mixed = np.full((1,) * (stratum.ndim - 1), seed, np.uint64)
     for part in (np.uint64(k), *stratum.astype(np.uint64)):
         mixed = _mixed(mixed * _GOLDEN ^ part)
     return np.stack([_mixed(mixed + np.uint64(n)) >> np.uint64(11) for n in (1, 2)]) * 2.0**-53
@@ -106,9 +106,9 @@ def _jitter(stratum, k, seed):
 
 def _mixed(number):
     """The finish of SplitMix64 [1], of numbers uint64."""
-    with np.errstate(over="ignore"):
-        number = (number ^ number >> np.uint64(30)) * np.uint64(0xBF58476D1CE4E5B9)
-        number = (number ^ number >> np.uint64(27)) * np.uint64(0x94D049BB133111EB)
+    for shift, factor in ((30, 0xBF58476D1CE4E5B9), (27, 0x94D049BB133111EB)):
+        number = number ^ number >> np.uint64(shift)
+        number *= np.uint64(factor)
     return number ^ number >> np.uint64(31)
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .meeting import Meeting
-from .picks import ALL, chosen, pick, some
+from .picks import ALL, chosen, pick, some, whole
 
 _STRAIGHT = 8  # surfaces that change nothing, at most, beyond those that count
 BEYOND, FAINT, CULLED, BLOCKED = -2, -3, -4, -5  # in place of a triangle, as MISS
@@ -25,7 +25,7 @@ class Rays:
     patches that it met; met (k,) how many surfaces; cast (k,) bool whether one was a caster; out (k,) bool whether it
     left the volume; way (k,) [m] gone since the origin it began with; astray (k,) 1 + the last triangle at which it
     left a body that it was not in, or came too deep into one, 0 for none; left (k,) what it may meet, see
-    `legs.Legs`."""
+    `legs.Legs`. All but photon, origin, direction, start and colour may be one number on the way, see `picks`."""
 
     photon: np.ndarray
     origin: np.ndarray
@@ -48,15 +48,18 @@ class Rays:
     def of(cls, origin, direction, channels, state=0):
         """One ray a photon, in a state of `Crossings`, else in air."""
         count = direction.shape[1]
-        none, no = np.zeros(count, np.int64), np.zeros(count, bool)
-        whole, way = (np.ones(count), np.ones((channels, count))), np.zeros(count)
-        index = np.arange(count)
-        words = none + state, none + 1, none, none, none
-        return cls(index, origin, direction, origin, *whole, *words, no, no, way, none, none.astype(np.int16))
+        none, no, way = (np.zeros((), kind) for kind in (np.int64, bool, float))
+        shares, words = (way + 1, np.ones((channels, count))), (none + state, none + 1, none, none, none)
+        left = np.zeros((), np.int16)
+        return cls(np.arange(count), origin, direction, origin, *shares, *words, no, no, way, none, left)
 
     def take(self, index):
         """The Rays of a part, see `picks`."""
         return self if index is ALL else Rays(*(pick(a, index) for a in vars(self).values()))
+
+    def each(self):
+        """The Rays with an array for all that is one number."""
+        return Rays(*(whole(a, len(self.photon)) for a in vars(self).values()))
 
 
 class Follower:
@@ -76,8 +79,8 @@ class Follower:
         untold.
         """
         if codes is not None:
-            want = np.full_like(rays.code, codes.every()) if want is None else want
-            rays = replace(rays, code=np.zeros_like(rays.code), want=want)
+            want = np.array(codes.every()) if want is None else want
+            rays = replace(rays, code=np.zeros((), np.int64), want=want)
         for step in range(self.bounces + _STRAIGHT + 1):
             if not len(rays.photon):
                 return
@@ -107,19 +110,19 @@ class Follower:
         Between casters that all lie in the box, which is convex, no light leaves it.
         """
         caster = (end >= self.surfaces.solid) & (end < self.surfaces.water)
-        at = np.flatnonzero(rays.cast & ~rays.out & (~caster if self._within else True))
+        at = np.flatnonzero(rays.cast & ~rays.out & ~(caster & self._within))
         if len(at) and (self.box.culling.any() or not self._within):
             origin, direction = (np.take(v, at, axis=1) for v in (rays.origin, rays.direction))
             distance, face = self.box.leaves(origin, direction)
             left = self.surfaces.distance(origin, direction, end[at]) > distance
             culled = at[left & self.box.culling[face]]
-            rays.out = rays.out.copy()
+            rays.out = whole(rays.out, len(end)).copy()
             rays.out[at[left]] = True
             end[culled], final[culled], caster[culled] = CULLED, True, False
         at = np.flatnonzero(caster)
         if not self._within and len(at):
             origin, direction = (np.take(v, at, axis=1) for v in (rays.origin, rays.direction))
-            outside = at[rays.out[at] | ~self.box.contains(self._reached(origin, direction, end[at]))]
+            outside = at[pick(rays.out, at) | ~self.box.contains(self._reached(origin, direction, end[at]))]
             end[outside], final[outside] = BLOCKED, True
 
     def _reached(self, origin, direction, triangle):
@@ -136,4 +139,4 @@ def _told(rays, ended, end, codes):
         ended &= np.take(codes.own, rays.code) & rays.want != 0
     at = chosen(ended)
     if some(at):
-        yield rays.take(at), end[at]
+        yield rays.take(at).each(), end[at]

@@ -27,7 +27,8 @@ class Legs:
 
     left (2T,) of bending triangles, twice their numbers, plus one on the side of their normals: what light is marked
     with that leaves there, 0 if it may meet anything, m + 1 if it does not meet mesh m again, -m - 1 if it meets mesh m
-    and nothing else. steep (T,): the cosine at which it has to leave for that, at least.
+    and nothing else. steep (T,): the cosine at which it has to leave for that, at least, and dented: whether that tells
+    anything. known: whether anything is marked.
     """
 
     def __init__(self, meshes, tracer, bends, facet):
@@ -55,13 +56,13 @@ class Legs:
                 if steep.max() <= _SHALLOW and not self._within_reach(m, range(len(meshes))):
                     self.left[own, 0] = -m - 1
                     self._within[m] = None
-        self.known = bool(self.left.any())
+        self.known, self.dented = bool(self.left.any()), bool((self.steep > 0).any())
         self.left = self.left.ravel()
 
     def first(self, start, direction, left):
         """The first triangle (k,) that rays from starts along directions (3,k) meet, MISS for none, which left (k,)
-        what they are marked with."""
-        if not self.known:
+        what they are marked with; one number for all where nothing is marked."""
+        if not self.known or not left.ndim:
             return self._tracer.first(start.T, direction.T)
         end = np.empty(len(left), np.int32)
         for at, leg in ((chosen(left > 0), self._outside), (chosen(left < 0), self._inside), (chosen(left == 0), None)):
@@ -76,9 +77,10 @@ class Legs:
         near = np.zeros(len(left), bool)
         inverse = 1 / np.where(direction == 0, _TINY, direction)
         for m, low, high in self._boxes:
-            crosses = _crosses(low, high, start, inverse, far)
-            crosses &= left != m + 1
-            near |= crosses
+            others = left != m + 1
+            if others.any():
+                others &= _crosses(low, high, start, inverse, far)
+                near |= others
         return self._sought(end, near, start, direction)
 
     def _inside(self, start, direction, left):

@@ -7,7 +7,7 @@ import numpy as np
 from ..optics import dot
 from .crossings import CHOICE, MIRROR, STRAIGHT
 from .interface import fresnel, reflected, refracted, schlick
-from .picks import chosen, indices, pick, some, within
+from .picks import chosen, indices, joined, pick, some, within
 
 _MIX = 0x1E3779B97F4A7C15  # odd: its products spread over all bits
 _GRAZING = 1e-9  # cosine of incidence, at least
@@ -31,7 +31,9 @@ class Meeting:
         self._odd = self._kind.any()  # else light may go both ways everywhere
         # Where a facet is seen whose normal looks away, light grazes what the mesh samples: all of it goes straight on.
         self._normal = normal
-        self._cos_i = np.clip(-self._side * dot(normal, self._direction), _GRAZING, 1)
+        self._cos_i = dot(normal, self._direction)
+        self._cos_i *= -self._side
+        np.maximum(self._cos_i, _GRAZING, out=self._cos_i)
 
     def leave(self, codes=None):
         """The Rays that leave; of Codes, those that are still on their way to one that they ask for."""
@@ -44,8 +46,10 @@ class Meeting:
             return self._gone(passed, *parts[0])
         if not some(passed):
             return self._gone(turned, *parts[1])
-        both = np.concatenate([indices(part, self._count) for part in (passed, turned)])
-        return self._gone(both, *(None if a is None else np.concatenate([a, b], -1) for a, b in zip(*parts)))
+        both = [indices(part, self._count) for part in (passed, turned)]
+        counts = [len(part) for part in both]
+        together = (None if a is None else joined(a, b, counts) for a, b in zip(*parts, strict=True))
+        return self._gone(np.concatenate(both), *together)
 
     def _branches(self, code, codes, cos_t):
         """Which of them pass, and which are turned back; where none is refracted, nothing passes."""
@@ -53,7 +57,7 @@ class Meeting:
         if codes is not None:
             want = pick(self._rays.want, self._at)
             passes &= codes.leads(1, code, want)
-            turns = codes.leads(0, code, want)
+            turns &= codes.leads(0, code, want)
         if self._odd:
             passes = np.where(self._kind == CHOICE, passes, self._kind == STRAIGHT)
             turns = np.where(self._kind == CHOICE, turns, self._kind == MIRROR)
@@ -107,7 +111,8 @@ class Meeting:
             return None
         triangle = pick(self._triangle, at)
         left = legs.left.take(2 * triangle + outwards)
-        left *= along > legs.steep.take(triangle)
+        if legs.dented:
+            left *= along > legs.steep.take(triangle)
         return left
 
     def _tint(self, colours, at):
@@ -146,7 +151,7 @@ class Meeting:
             want=pick(rays.want, old),
             path=met_patch,
             met=pick(rays.met, old) + counts,
-            cast=pick(rays.cast, old) | (triangle < surfaces.water - surfaces.solid),
+            cast=pick(rays.cast, old) | (True if surfaces.dry else triangle < surfaces.water - surfaces.solid),
             out=pick(rays.out, old),
             way=pick(rays.way, old) + distance,
             astray=astray,

@@ -28,7 +28,8 @@ class Surfaces:
     receiving, solid: how many triangles belong to receivers, and to all that ends rays; water: from which one on they
     are water. media: the Media, and crossings: the Crossings; sigma_a (C,media), and absorbing: whether any does; twice
     (T,) the material of bending triangles, and of materials, which differ also by the class of media that they bound:
-    reflects, transmits, f0, f90 (C,materials); tinted: whether any interface is; legs: the Legs.
+    reflects, transmits, f0, f90 (C,materials); tinted: whether any interface is; dry: whether there is no
+    water; legs: the Legs.
     """
 
     def __init__(self, scene, power):
@@ -44,7 +45,7 @@ class Surfaces:
         self._tabulate_materials(scene, np.asarray(power, float))
         soups = [s.positions[s.triangles] for s in (*scene.receivers, *scene.occluders)]
         self._solids = np.concatenate([np.zeros((4, 0)), *(_planes(soup) for soup in soups)], 1)
-        self._casters, self._dry = scene.casters, not len(scene.water.triangles)
+        self._casters, self.dry = scene.casters, not len(scene.water.triangles)
         tables = [_geometry(mesh) for mesh in meshes]
         self._table = np.concatenate(tables, 1)
         self.patch = _patches(meshes)
@@ -78,7 +79,7 @@ class Surfaces:
 
     def lie_in(self, box):
         """Whether all that bends light but water lies in a convex `volume.Box`, and there is no water."""
-        return self._dry and all(box.contains(mesh.positions.T).all() for mesh in self._casters)
+        return self.dry and all(box.contains(mesh.positions.T).all() for mesh in self._casters)
 
     def first(self, rays):
         """The first triangle (k,) that Rays meet, MISS for none."""
@@ -93,12 +94,15 @@ class Surfaces:
         fall = dot(facet, direction)
         distance = dot(facet, origin)
         distance += rows[3]
-        distance /= np.where(fall == 0, -np.inf, -fall)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            distance /= -fall
         np.maximum(distance, 0, out=distance)
+        distance[~np.isfinite(distance)] = 0.0  # a facet exactly along the ray
         point = distance * direction
         point += origin
-        normal = np.stack([dot(rows[k : k + 3], point) for k in _ROWS])
-        normal += rows[7::4]
+        normal = rows[7::4]
+        for k, row in enumerate(_ROWS):
+            normal[k] += dot(rows[row : row + 3], point)
         normal /= np.sqrt(np.maximum(dot(normal, normal), _TINY))
         return point, distance, facet, normal, fall
 
