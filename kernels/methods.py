@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from .anchor import Anchor, Kept
-from .area_lamps import in_patches
+from .area_lamps import cut
 from .caustic_map import caustic_map
 from .dispersion import etas, solve_channels
 from .flat import flat
@@ -108,8 +108,8 @@ def _ready(scene, texels, settings):
     scene, settings = left_in(scene, settings)
     check_scene(scene)
     water, sentences = sound_water(scene.water)
-    scene, apart = in_patches(replace(scene, water=water), texels)
-    return *_near_origin(scene, texels), settings, sentences + apart
+    scene, of_lamps = cut(replace(scene, water=water), texels, settings.tolerance)
+    return *_near_origin(scene, texels), settings, sentences + of_lamps
 
 
 def _plans(settings):

@@ -126,11 +126,48 @@ class Spot(Point):
 
 
 @dataclass(frozen=True)
+class Area(Point):
+    """A flat lamp of even radiance round its position, which shines to one side; intensity is that of all of it, along
+    its axis, `half_axes[0] x half_axes[1]`.
+
+    half_axes (2,3) [m]: from its middle to the middles of two sides of a rectangle, or, where it is `round`, to two
+    ends of an ellipse; spread [rad], full angle, of what it sends out: pi for all, and less is cut as by a grid of
+    slats before it, see `sources.falloff`.
+    """
+
+    half_axes: np.ndarray = field(default_factory=lambda: np.array([[0.5, 0.0, 0.0], [0.0, -0.5, 0.0]]))
+    round: bool = False
+    spread: float = np.pi
+
+    def __post_init__(self):
+        super().__post_init__()
+        if np.shape(self.half_axes) != (2, 3):
+            raise ValueError(f"half_axes must have shape (2, 3), got {np.shape(self.half_axes)}")
+        if not 0 < self.spread <= np.pi:
+            raise ValueError(f"spread must lie in (0, pi], got {self.spread}")
+
+
+@dataclass(frozen=True)
+class Piece(Spot):
+    """A piece of an Area, which shines from its middle: what is named after it stands for `lamp`, `among` pieces of
+    equal power.
+
+    half_axes (2,3) [m] of the ellipse with the second moments of the piece, which is one if it is `round`, else a
+    rectangle; its frame's rows are unit, half_angle is half the lamp's spread.
+    """
+
+    lamp: str = ""
+    among: int = 1
+    half_axes: np.ndarray = field(default_factory=lambda: np.zeros((2, 3)))
+    round: bool = True
+
+
+@dataclass(frozen=True)
 class Scene:
-    """All that one frame needs. Receivers block light too; the water blocks none. lights: Sun, Point, Spot or
-    `area_lamps.Area`, above the water; eta and sigma_a (3,) [1/m], refraction and absorption of what is below it. A
-    scene without water has one without triangles. casters: what else throws caustics; volume: what bounds their work,
-    None for their own bounds."""
+    """All that one frame needs. Receivers block light too; the water blocks none. lights: Sun, Point, Spot or Area,
+    above the water; eta and sigma_a (3,) [1/m], refraction and absorption of what is below it. A scene without water
+    has one without triangles. casters: what else throws caustics; volume: what bounds their work, None for their own
+    bounds."""
 
     water: Water
     receivers: tuple[Receiver, ...]

@@ -8,10 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from .area_lamps import Area
 from .casters import Glass
 from .facets import used
-from .scene import Spot, Sun
+from .scene import Area, Spot, Sun
 
 FARTHEST = 1e9  # m from the origin: squares and cubes of what is further away have no digits left
 _SMALLEST = 1e-6  # of what bends light: rays are cast in float32
@@ -100,7 +99,9 @@ def _check_light(light):
     _check_range(f"intensity of '{light.name}'", light.intensity, 0.0, _MOST)
     _check_range(f"radius of '{light.name}'", light.radius, 0.0, FARTHEST)
     if isinstance(light, Area):
-        _check_positions(f"sides of '{light.name}'", light.sides)
+        _check_positions(f"half_axes of '{light.name}'", light.half_axes)
+        if not np.linalg.norm(np.cross(*light.half_axes)) > 0:
+            raise ValueError(f"half_axes of '{light.name}' must enclose an area, got {light.half_axes.tolist()}")
     if isinstance(light, Spot):
         _check_range(f"blend of '{light.name}'", light.blend, 0.0, 1.0)
 

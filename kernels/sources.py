@@ -9,8 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .area_lamps import Patch
-from .scene import Spot
+from .scene import Piece, Spot
 
 _TINY = np.finfo(float).tiny
 
@@ -18,7 +17,7 @@ _TINY = np.finfo(float).tiny
 class Parallel:
     """The light of a Sun: the same everywhere."""
 
-    varies = False
+    varies, reach = False, 1.0
 
     def __init__(self, sun):
         self.power = np.asarray(sun.irradiance, float)
@@ -42,7 +41,7 @@ class Central:
         self.power = np.asarray(lamp.intensity, float) / reach**2
         self.position = lamp.position
         self.sharp = isinstance(lamp, Spot) and lamp.blend == 0  # what is met jumps to 0 on the cone's rim
-        self._lamp, self._reach = lamp, reach
+        self._lamp, self.reach = lamp, reach
 
     def incident(self, m):
         """As `Parallel.incident`; 0 is met off a Spot's cone, and there only."""
@@ -50,26 +49,36 @@ class Central:
         distance = np.sqrt((towards * towards).sum(0))
         inverse = 1 / np.maximum(distance, _TINY)
         towards *= inverse
-        met = (self._reach * inverse) ** 3
+        met = (self.reach * inverse) ** 3
         return towards, distance, met * falloff(self._lamp, -towards) if isinstance(self._lamp, Spot) else met
 
     def growth(self, distance, beyond):
         """How much wider (k,) than sqrt(area) beams are across that came `distance` to still water and then as far
         as spreads them like `beyond`: tau / eta of refracted light, tau of reflected."""
         distance = np.maximum(distance, _TINY)
-        return np.sqrt(self._reach / distance) * (1 + beyond / distance)
+        return np.sqrt(self.reach / distance) * (1 + beyond / distance)
 
 
 def falloff(spot, direction):
-    """Share (k,) of a Spot's intensity along directions of travel (3,k): smoothstep over the blend, as Blender does;
-    of a Patch as it says."""
+    """Share (k,) of a Spot's intensity along directions of travel (3,k): smoothstep over the blend, as Blender does.
+    That of a Piece is the cosine, times what slats before it let pass: all that of a lamp without."""
     local = spot.frame @ direction
     cosine = local[2] / np.maximum(np.sqrt((local * local).sum(0)), _TINY)
-    if isinstance(spot, Patch):
-        return spot.falloff(cosine)
+    if isinstance(spot, Piece):
+        return np.maximum(cosine, 0.0) * _between_slats(spot.half_angle, cosine)
     edge = np.cos(spot.half_angle)
     x = np.clip((cosine - edge) / max((1 - edge) * spot.blend, 1e-9), 0, 1)
     return x * x * (3 - 2 * x)
+
+
+def _between_slats(half_angle, cosine):
+    """What passes (k,) at a cosine to the axis, over the mean of all: a grid of slats hides all at tan half_angle, and
+    on the way there as much as goes with the tangent. The flux is that without slats; after Cycles' spread."""
+    if half_angle >= np.pi / 2:
+        return 1.0
+    edge = np.tan(half_angle)
+    tangent = np.sqrt(np.maximum(1 - cosine * cosine, 0.0)) / np.maximum(cosine, _TINY)
+    return np.maximum(edge - tangent, 0.0) / (edge - half_angle)
 
 
 def in_cone(spot, soup):

@@ -75,8 +75,7 @@ class WaterThing(Thing):
         solids = Solids(scene.receivers, (*scene.occluders, *scene.casters))
         super().__init__(scene, light, Shaded([mesh]), solids, -up / max(np.linalg.norm(up), _EPS))
         self._in_shadow = may_be_shadowed(lit, solids.positions, solids.triangles)[ids]
-        radius = light.angle / 2 if isinstance(light, Sun) else 0.0
-        self.disc = Disc(lit, scene.receivers, texels, scene.eta, radius, tolerance, finest=1)
+        self.disc = Disc(lit, scene.receivers, texels, scene.eta, light, tolerance, finest=1)
         level = (lit.points[lit.triangles[ids]] @ up).min(initial=np.inf)
         self._mirrors = any((r.positions @ up > level).any() for r in scene.receivers)
 

@@ -13,7 +13,9 @@ from dataclasses import replace
 import numpy as np
 
 from ..optics import sun_frame
-from .moments import ellipses
+from ..scene import Piece, Sun
+from .moments import ellipses, mean_plane
+from .moments_of_lamps import ellipses_of_lamp
 from .near import blur_near
 from .wide import blur_wide
 
@@ -23,6 +25,7 @@ from .wide import blur_wide
 # _MOST_RIM; of taking the mean of all waves for each, _MEAN_ERROR.
 _GRID_ERROR, _CHANGE, _RIM_ERROR, _MOST_RIM, _MEAN_ERROR = 2e-2, 0.07, 0.09, 0.05, 1.5e-4
 _GRAIN = 4  # cells along a texel, at most
+_LAMPS = 1.6  # times as much for the pieces of a lamp, on the waves of five_sines: 0.65 to 1.8 of that was seen
 _VARIED = 3.2  # variance of light over its squared mean, for the choice of the grid: 0.3 to that was seen
 _SHARE = 0.7  # of the tolerance, at most: finer cells cost more than beams that are split further
 _LEAST = 0.1  # texels: smaller ellipses change nothing
@@ -32,19 +35,20 @@ _GOLDEN = (np.sqrt(5) - 1) / 2
 
 
 class Disc:
-    """What the disc of half angle `radius` [rad] does to the maps of receivers under a LitWater.
+    """What the size of a light, a Sun's disc or that of a Piece of a lamp, does to the maps of receivers under a
+    LitWater.
 
     texels: Texels of the receivers; eta: of the water; tolerance: relative mean squared error that is good enough, of
     which `left` is for what is to be blurred; finest: the most cells along a texel. `seen` tells whether it does
     anything; `grain` is the number of cells along a texel that `blur` needs.
     """
 
-    def __init__(self, lit, receivers, texels, eta, radius, tolerance, finest=_GRAIN):
+    def __init__(self, lit, receivers, texels, eta, light, tolerance, finest=_GRAIN):
         self.grain, self.left, self._texels = 1, tolerance, texels
-        self.seen = radius > 0 and lit.area.any()
+        self.seen = bool(_wide(light) and lit.area.any())
         if not self.seen:
             return
-        found = ellipses(lit, receivers, texels, eta, radius)
+        found = _ellipses(lit, receivers, texels, eta, light)
         self._moments = [_bounded(own, t.resolution) for own, t in zip(found, texels, strict=True)]
         sizes = [2 * np.sqrt((m[0] + m[1]).mean() / 2) if m.size else 0.0 for m in self._moments]
         self.seen = max(sizes) > _LEAST
@@ -54,6 +58,8 @@ class Disc:
         varied = (1 + _VARIED) / lit_part - 1
         counts = [m.shape[1] for m in self._moments]
         self.grain, self._errors, own = _grid(sizes, counts, _SHARE * tolerance / varied, finest)
+        if not isinstance(light, Sun):
+            self._errors, own = _LAMPS * self._errors, _LAMPS * own
         self.left = max(tolerance - varied * own, (1 - _SHARE) * tolerance)
 
     def doubt(self, light):
@@ -89,6 +95,18 @@ class Disc:
         return (np.array([np.concatenate(own) for own in owned]) / np.concatenate([t.area for t in self._texels])).T
 
 
+def _wide(light):
+    """Whether a light has a size."""
+    return light.angle > 0 if isinstance(light, Sun) else isinstance(light, Piece) and light.half_axes.any()
+
+
+def _ellipses(lit, receivers, texels, eta, light):
+    """Second moments xx, yy, xy (3,K) [texel^2] of each receiver."""
+    if isinstance(light, Sun):
+        return ellipses(lit, receivers, texels, eta, light.angle / 2)
+    return ellipses_of_lamp(mean_plane(lit), light.position, light.half_axes / 2, receivers, texels, eta)
+
+
 def _bounded(moments, side):
     """Moments (3,K) of ellipses no wider than `_WIDEST` maps of `side` texels: what is wider evens the light out as
     much."""
@@ -119,12 +137,19 @@ def _rest(size, count):
     return min(_RIM_ERROR * size**2 / np.sqrt(max(count, 1)), _MOST_RIM) + _MEAN_ERROR
 
 
-def within_disc(sun, count, rng):
-    """Suns of no width, `count` of them, whose directions are stratified over the disc of a Sun."""
-    across = sun_frame(sun.direction)[:2]
-    ring = np.sqrt((np.arange(count) + rng.random(count)) / count) * np.tan(sun.angle / 2)
-    turn = 2 * np.pi * (np.arange(count) * _GOLDEN + rng.random())
-    directions = sun.direction + np.stack([ring * np.cos(turn), ring * np.sin(turn)], 1) @ across
+def within_disc(light, count, rng):
+    """Lights of no width, `count` of them, whose directions are stratified over the disc of a Sun, or whose places are
+    over a Piece."""
+    along, turn = (np.arange(count) + rng.random(count)) / count, np.arange(count) * _GOLDEN + rng.random()
+    ring, turn = np.sqrt(along), 2 * np.pi * turn
+    places = np.stack([ring * np.cos(turn), ring * np.sin(turn)], 1)
+    if not isinstance(light, Sun):
+        if not light.round:
+            places = np.sqrt(3) * (np.stack([along, turn / (2 * np.pi) % 1], 1) - 0.5)
+        none = np.zeros_like(light.half_axes)
+        return [replace(light, position=place, half_axes=none) for place in light.position + places @ light.half_axes]
+    sun = light
+    directions = sun.direction + np.tan(sun.angle / 2) * places @ sun_frame(sun.direction)[:2]
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     return [replace(sun, direction=direction, angle=0.0) for direction in directions]
 

@@ -17,12 +17,12 @@ from ..splat.lander import texel_maps
 def ellipses(lit, receivers, texels, eta, radius):
     """Second moments xx, yy, xy (3,K) [texel^2] at the Texels of each receiver, of the disc of half angle `radius`
     [rad] of the light on a LitWater."""
-    n, middle, slope = _mean_plane(lit)
+    n, middle, slope = mean_plane(lit)
     ways = [(t, radius * dt, slope * bend) for t, dt, bend in (_refracted(lit.frame, n, eta), _reflected(lit.frame, n))]
     return [_under_plane(r, t, n, middle, ways) for r, t in zip(receivers, texels, strict=True)]
 
 
-def _mean_plane(lit):
+def mean_plane(lit):
     """Unit normal (3,) of the lit water on average, towards the light, a point (3,) of it, and how far normals lean in
     one direction, root mean square."""
     share = np.repeat(lit.area / (3 * lit.area.sum()), 3)

@@ -48,9 +48,11 @@ class StillLight:
         if still is None or not count:
             return cls(np.zeros((count, 3)), work, (), 0.0)
         receivers = OneFloor.of(still, scene, texels) or Anywhere.of(still, scene, texels, shades)
-        parts = [receivers.under(light, work) for light in scene.lights]
-        irradiance = sum((part for part, _ in parts[1:]), parts[0][0]) if parts else np.zeros((count, 3))
-        return cls(irradiance, work, tuple(d for _, own in parts for d in own), float(irradiance.mean()))
+        irradiance, doubts = np.zeros((count, 3)), ()
+        for light in scene.lights:
+            part, own = receivers.under(light, work)
+            irradiance, doubts = irradiance + part, (*doubts, *own)
+        return cls(irradiance, work, doubts, float(irradiance.mean()))
 
     def error(self, still):
         """Mean squared error over the squared mean of the light that the water of a Still adds to this plane."""

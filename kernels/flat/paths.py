@@ -79,7 +79,7 @@ def _of_lamp(still, lamp, p, eta, through):
     out = p[:2] - place[:2, None]
     r = np.sqrt((out * out).sum(0))
     out = out / np.maximum(r, _TINY)
-    x = _entry(r, height, deep, eta) if through else r * height / (height + deep)
+    x = entry(r, height, deep, eta) if through else r * height / (height + deep)
     enters = place[:2, None] + x * out
     away = np.sqrt(x * x + height**2)
     sin_i, cos_i = x / away, height / away
@@ -100,8 +100,9 @@ def _of_lamp(still, lamp, p, eta, through):
     return Paths(enters, arrives, deep / cosine, -going, away, strength, across / away)
 
 
-def _entry(r, height, deep, eta):
-    """x (n,) where light enters, by Newton's method kept inside brackets: f grows from f(0) <= 0 to f(r) >= 0."""
+def entry(r, height, deep, eta):
+    """x (n,) where light enters that comes from `height` over the plane and lands r (n,) away from below there, deep
+    (n,), by Newton's method kept inside brackets: f grows from f(0) <= 0 to f(r) >= 0."""
     low, high = np.zeros(len(r)), r.copy()
     x = r * height / (height + deep / eta)
     x = np.where(deep > 0, x, r)

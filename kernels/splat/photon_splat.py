@@ -10,10 +10,11 @@ and [3] collection points (Moreau & Doggett 2022), with footprints and strata in
 from __future__ import annotations
 
 import time
-from itertools import cycle
+from itertools import chain, cycle
 
 import numpy as np
 
+from ..area_lamps import among, lamp_of
 from ..scene import Diagnostics
 from ..solution import answer, book, check_texels
 from ..status import Status
@@ -46,50 +47,50 @@ def solve(scene, texels, settings, kept=None):
     work = Diagnostics("photon_splat", reason, left_out=list(_LEFT_OUT))
     start = time.perf_counter()
     casts = over_casters(scene, texels, settings, kept)
-    lights = [*_over_water(scene, texels, settings), *casts]
-    if not settings.points and any(lit.water.meets_backs() for lit in lights):
-        work.left_out.append(_BACKS)
+    over_water = _over_water(scene, texels, settings)
     work.seconds["prepare"] = time.perf_counter() - start
     start = time.perf_counter()
     if settings.points:
+        lights = [*over_water, *casts]
         irradiance = until_good(lights, texels, settings, work).mean(0)
+        again = sum(lit.again() for lit in lights)
     else:
-        among = [getattr(light, "among", 1) for light in scene.lights]
-        irradiance = _by_beams(zip(lights, cycle(among)), texels, work)
+        irradiance, again = _by_beams(chain(over_water, casts), scene, texels, work)
     work.seconds["photons"] = time.perf_counter() - start
-    _tell_of_second_meetings(lights, settings.tolerance, work)
+    _tell_of_second_meetings(again, settings.tolerance, work)
     work.left_out += left_out(scene, texels, settings, work, casts)
     return answer(scene, texels, irradiance, np.where(irradiance.any(1), Status.LIT, Status.DARK), work)
 
 
 def _over_water(scene, texels, settings):
-    """A Lit for each light, if there is water."""
-    if not len(scene.water.triangles):
-        return []
-    around = Surroundings(scene, texels, settings)
-    return [Lit(light, around) for light in scene.lights]
+    """Yield a Lit for each light, if there is water: they are large, and lamps may be in many pieces."""
+    if len(scene.water.triangles):
+        around = Surroundings(scene, texels, settings)
+        yield from (Lit(light, around) for light in scene.lights)
 
 
-def _by_beams(lights, texels, work):
-    """Irradiance (K,3) by beams, of pairs of what is lit and how much more it may err than a whole lamp; books what
-    comes in and what is lost."""
+def _by_beams(lights, scene, texels, work):
+    """Irradiance (K,3) by beams of what follows the lights, and how many rays met the water again; books what comes in
+    and what is lost."""
     area = np.concatenate([t.area for t in texels])
     flux = np.zeros((3, len(area))).T  # a row in memory per channel
-    errors, beams = [0.0], 0
-    for lit, among in lights:
+    again, beams, backs, errors = 0, 0, False, {}
+    for lit, light in zip(lights, cycle(scene.lights)):
         owned, lost, met, error = lit.spread()
         flux += owned
-        errors.append(error / among)
-        beams += np.count_nonzero(lit.water.area)
+        key = lamp_of(light), isinstance(lit, Lit)
+        errors[key] = errors.get(key, 0.0) + error / among(light) ** 2
         book(work, lost, met)
-    work.estimated_error = max(errors)
+        again, beams = again + lit.again(), beams + np.count_nonzero(lit.water.area)
+        backs = backs or lit.water.meets_backs()
+    work.estimated_error = max(errors.values(), default=0.0)
     work.paths = {"beams": beams}
-    return flux / area[:, None]
+    work.left_out += [_BACKS] if backs else []
+    return flux / area[:, None], again
 
 
-def _tell_of_second_meetings(lights, tolerance, work):
-    """Count rays that met the water again, and say so if more of their light than the tolerance was not followed."""
-    again = sum(lit.again() for lit in lights)
+def _tell_of_second_meetings(again, tolerance, work):
+    """Say how many rays met the water again, and whether more of their light than the tolerance was not followed."""
     if again:
         work.paths["rays_that_meet_the_water_again"] = again
     weaker = sum(work.flux_lost.get(cause, np.zeros(3)).sum() for cause in AGAIN)

@@ -6,10 +6,11 @@ from functools import partial
 
 import numpy as np
 
+from ..area_lamps import among
 from ..disc.disc import Disc, within_disc
 from ..lit_water import may_be_shadowed, part_of
 from ..maps.texels import gather_all
-from ..scene import Spot, Sun
+from ..scene import Spot
 from .beams import splat
 from .edges import Edges
 from .lander import BACK, LOST, Lander
@@ -31,8 +32,8 @@ class Lit:
     """One light, the water in it, and where that lands."""
 
     def __init__(self, light, around):
-        self.light, self._around = light, around
-        self._tolerance = around.settings.tolerance * getattr(light, "among", 1)
+        # Errors of pieces are not all alike, nor all apart.
+        self.light, self._around, self._tolerance = light, around, around.settings.tolerance * among(light) ** 0.5
         self.scene, self.texels = scene, texels = around.scene, around.texels
         self.water, self._again = around.lit(light), 0
         without = around.settings.without
@@ -45,8 +46,7 @@ class Lit:
         never = not again or meetings.never(self.water.source)
         source, medium = self.water.source, (scene.eta, np.asarray(scene.sigma_a, float))
 
-        radius = light.angle / 2 if isinstance(light, Sun) else 0.0
-        self.disc = Disc(self.water, scene.receivers, texels, scene.eta, radius, self._tolerance)
+        self.disc = Disc(self.water, scene.receivers, texels, scene.eta, light, self._tolerance)
 
         def lander(mirrored):
             met = None if never and not mirrored else meetings
@@ -107,8 +107,8 @@ class Lit:
         return *self._own(flux, lost, met), used
 
     def _throw_from_disc(self, photons, rng):
-        """As `throw`, from single directions within the sun's disc."""
-        suns = within_disc(self.light, _DIRECTIONS, rng)
+        """As `throw`, from single directions within the sun's disc, or places on a piece of a lamp."""
+        suns = within_disc(self.light, max(_DIRECTIONS // among(self.light), 1), rng)
         flux, lost, met, used = 0.0, {}, 0.0, 0
         for sun in suns:
             part = Lit(sun, self._around)

@@ -10,6 +10,7 @@ from functools import partial
 
 import numpy as np
 
+from ..area_lamps import among, lamp_of
 from ..maps.texels import gather_all
 from ..rays import MISS
 from ..scene import Sun
@@ -47,10 +48,9 @@ def over_casters(scene, texels, settings, kept=None):
 
     casts = []
     for light in scene.lights:
-        count, _ = directions(scene, light, texels)
-        plain = count == 1
-        own = settings.tolerance * getattr(light, "among", 1)
-        casts.append(make(light, own) if plain else DiscCast(light, count, make, settings))
+        count, _ = directions(scene, light, texels, settings.tolerance)
+        tolerance = settings.tolerance * among(light)
+        casts.append(make(light, tolerance) if count == 1 else DiscCast(light, count, make, settings))
         if kept is not None:
             casts[-1].keep = partial(kept.of, scene, light, power > 0, texels, settings)
     return casts
@@ -63,13 +63,14 @@ def left_out(scene, texels, settings, work, casts):
         return []
     sentences = []
     for light in scene.lights:
-        count, enough = directions(scene, light, texels)
+        count, enough = directions(scene, light, texels, settings.tolerance)
         if count < enough:
-            sentences.append(f"what is between {count} directions within the disc of '{light.name}', over casters")
+            of = "directions within the disc" if isinstance(light, Sun) else "points"
+            sentences.append(f"what is between {among(light) * count} {of} of '{lamp_of(light)}', over casters")
     part = np.sum(work.flux_lost.get(LOST[_BEYOND], 0.0)) / max(work.flux_in.sum(), np.finfo(float).tiny)
     if part > settings.tolerance:
         sentences.append(f"light that meets more than {settings.bounces} surfaces (bounces): {part:.1%} of all")
-    return sentences + odd(scene, [cast.strays for cast in casts])
+    return [*dict.fromkeys(sentences), *odd(scene, [cast.strays for cast in casts])]
 
 
 class Cast(Followed):

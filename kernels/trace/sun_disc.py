@@ -1,4 +1,5 @@
-"""The sun's disc over casters: directions within it, each a sun of its own, as many as the blur is wide.
+"""The sun's disc over casters: directions within it, each a sun of its own, as many as the blur is wide. And the size
+of a piece of a lamp: places on it, each a lamp.
 
 Glass and mirrors turn the disc about as they turn the light, so that no one ellipse stands for it; its pictures are
 added up. Errors of pictures from different directions are independent, which is why each may have more of them.
@@ -10,26 +11,43 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..area_lamps import among
 from ..disc.disc import within_disc
-from ..scene import Sun
+from ..scene import Piece, Sun
 from .kept_light import Followed
 
 _MOST = 16  # directions for beams
-_POINTS = 16  # directions that the points of one half come from
+# On a lamp: places, at most; how wide a blur shows, in texels, and how many places it takes at least for an error of
+# _EVEN, which falls with their square: seen at the focus of a ball of glass.
+_PLACES, _SHOWS, _FEW, _EVEN = 64, 0.3, 8, 1e-2
+_POINTS = 16  # directions that the points of one half come from, together for all pieces of a lamp
 _SEEN = 1.0  # texels: so far apart may directions land
 
 
-def directions(scene, light, texels):
+def directions(scene, light, texels, tolerance):
     """How many directions within a light's disc its beams need over the casters, and how many would be enough.
 
     The blur is that of light which goes straight on from the casters to the nearest receiver, and through them.
     """
-    if not isinstance(light, Sun) or light.angle <= 0:
+    sized = light.angle > 0 if isinstance(light, Sun) else isinstance(light, Piece) and light.half_axes.any()
+    if not sized:
         return 1, 1
     texel = np.sqrt(min(t.area.sum() / len(t.area) for t in texels))
-    blur = light.angle * max(_way(caster, texels) for caster in scene.casters) / texel
+    blur = max(_angle(light, caster) * _way(caster, texels) for caster in scene.casters) / texel
     enough = int(np.ceil((blur / _SEEN) ** 2)) if blur > _SEEN else 1
-    return min(enough, _MOST), enough
+    if isinstance(light, Sun):
+        return min(enough, _MOST), enough
+    enough = int(np.ceil((_FEW + blur**2) * np.sqrt(_EVEN / tolerance))) if blur > _SHOWS else 1
+    return min(enough, max(_PLACES // among(light), 2)), enough
+
+
+def _angle(light, caster):
+    """What angle [rad] a light fills, as a caster sees it: for a Piece, of a square that is as large."""
+    if isinstance(light, Sun):
+        return light.angle
+    sides = 2 * np.linalg.norm(light.half_axes, axis=1)
+    away = np.linalg.norm(light.position - caster.positions, axis=1).min()
+    return np.sqrt(sides.prod()) / max(away, sides.max() / 2)
 
 
 def _way(caster, texels):
@@ -41,34 +59,51 @@ def _way(caster, texels):
 
 
 class DiscCast(Followed):
-    """As `cast.Cast`, of a Sun with a disc in `count` directions for beams; make: (Sun, tolerance) -> its Cast."""
+    """As `cast.Cast`, of a light with a size, in `count` directions of a Sun's disc or from as many places on a Piece,
+    for beams; make: (light, tolerance) -> its Cast."""
 
     def __init__(self, light, count, make, settings):
         self._light, self._count, self._make, self._settings = light, count, make, settings
-        whole = make(light, settings.tolerance)
+        whole, self._tolerance = make(light, settings.tolerance), settings.tolerance * among(light)
         self.water, self.strays, self.in_colour = whole.water, whole.strays, whole.in_colour
+        self._area = np.concatenate([t.area for t in whole.texels])
 
     def again(self):
         return 0
 
     def throw(self, photons, rng):
         """As `Cast.throw`."""
-        casts = self._casts(_POINTS, rng, self._settings.tolerance)
-        flux, lost, met, used = zip(*(cast.throw(photons / _POINTS, rng) for cast in casts), strict=True)
+        count = max(_POINTS // among(self._light), 1)
+        casts = self._casts(count, rng, self._tolerance)
+        flux, lost, met, used = zip(*(cast.throw(photons / count, rng) for cast in casts), strict=True)
         return sum(flux), _added(lost), sum(met), sum(used)
 
     def follow(self):
         """See `Followed`."""
         rng = np.random.default_rng(self._settings.seed)
-        casts = self._casts(self._count, rng, self._settings.tolerance * self._count)
-        flux, lost, met, error, _ = zip(*(cast.follow() for cast in casts), strict=True)
-        lost = {cause: watts / self._count for cause, watts in _added(lost).items()}
-        return sum(flux) / self._count, lost, sum(met) / self._count, sum(error) / self._count**2, self.strays
+        flux, halves, lost, met, errors = 0.0, 0.0, [], 0.0, 0.0
+        for k, cast in enumerate(self._casts(self._count, rng, self._tolerance * self._count)):
+            share = (self.water.source.reach / cast.water.source.reach) ** 2 / self._count  # of the power of all
+            own, causes, came, error, _ = cast.follow()
+            flux, halves = flux + share * own, halves + share * own * (-1) ** k
+            lost.append({cause: share * watts for cause, watts in causes.items()})
+            met, errors = met + share * came, errors + error / self._count**2
+        return flux, _added(lost), met, errors + self._between(flux, halves), self.strays
+
+    def _between(self, flux, halves):
+        """Mean squared error over the squared mean of what single places of a lamp leave out, from the flux (C,K) of
+        all and the difference of every other one's: of two pictures apart by half as many places, each with four times
+        the error of all, a half."""
+        if isinstance(self._light, Sun) or not flux.any():
+            return 0.0
+        light, apart = (f.mean(0) / self._area for f in (flux, halves))
+        return float(np.mean(apart**2) / light.mean() ** 2 / 2)
 
     def _casts(self, count, rng, tolerance):
-        """Casts of `count` suns that share the light."""
-        for sun in within_disc(self._light, count, rng):
-            cast = self._make(replace(sun, irradiance=np.asarray(sun.irradiance) / count), tolerance)
+        """Casts of `count` lights that share it."""
+        power = "irradiance" if isinstance(self._light, Sun) else "intensity"
+        for part in within_disc(self._light, count, rng):
+            cast = self._make(replace(part, **{power: np.asarray(getattr(part, power)) / count}), tolerance)
             cast.strays = self.strays
             yield cast
 

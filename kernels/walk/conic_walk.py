@@ -13,6 +13,7 @@ import time
 
 import numpy as np
 
+from ..area_lamps import lamp_of
 from ..disc.disc import Disc
 from ..rays import solid
 from ..scene import Diagnostics, Sun
@@ -44,7 +45,7 @@ def solve(scene, texels, settings):
     work = Diagnostics("conic_walk", _REASONS[settings.first_root], left_out=[*own, *_LEFT_OUT])
     known = [light for light in scene.lights if isinstance(light, Sun) or not settings.first_root]
     others = [light for light in scene.lights if settings.first_root and not isinstance(light, Sun)]
-    work.left_out += [f"lamp '{light.name}': the walk knows suns only" for light in others]
+    work.left_out += dict.fromkeys(f"lamp '{lamp_of(light)}': the walk knows suns only" for light in others)
     clock = _Clock(work.seconds)
     *solids, objects = solid((*scene.receivers, *scene.occluders, *scene.casters))
     lights = [LightPaths(scene, light, objects, solids, settings.without) for light in known]
@@ -90,8 +91,7 @@ def _by_disc(scene, texels, lights, tolerance):
     seen."""
     plain = []
     for light, paths in lights:
-        radius = light.angle / 2 if isinstance(light, Sun) else 0.0
-        disc = Disc(paths.lit, scene.receivers, texels, scene.eta, radius, tolerance, finest=1)
+        disc = Disc(paths.lit, scene.receivers, texels, scene.eta, light, tolerance, finest=1)
         if disc.seen:
             yield disc, [paths]
         else:
