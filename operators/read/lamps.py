@@ -1,8 +1,8 @@
 """Lamps of the evaluated scene as lights of `kernels.scene`.
 
 What a lamp of some power means is as Blender shows it on a white diffuse plane, measured in Cycles 5.0: a point or
-spot lamp of P watts has the radiant intensity P / (4 pi), a spot on its axis, whatever its cone; an area lamp P / pi
-along its axis.
+spot lamp of P watts has the radiant intensity P / (4 pi), a spot on its axis, whatever its cone; an area lamp sends out
+its P watts, whatever its size and spread, and without a spread has P / pi along its axis.
 """
 
 from __future__ import annotations
@@ -11,21 +11,25 @@ import math
 
 import numpy as np
 
-from ...kernels.area_lamps import Area
-from ...kernels.optics import sun_frame
-from ...kernels.scene import Point, Spot, Sun
+from ...kernels.scene import Area, Point, Spot, Sun
 from ...kernels.under_water import under_water
 from ..errors import DappleError
+
+_ROUND, _OBLONG = ("DISK", "ELLIPSE"), ("RECTANGLE", "ELLIPSE")
+_NARROWEST = math.radians(0.1)  # of an area lamp's spread: what is narrower looks the same
 
 
 def read_lights(lamps, water):
     """(lights, warnings) of (name, light, world matrix (4,4)) tuples of the lamps that render, over a Water, if any.
 
-    Left out with a warning: suns that shine upward, lamps that stand under the water. Raises DappleError where no lamp
-    is left that shines.
+    Left out with a warning: suns that shine upward, lamps that stand under the water, area lamps without an area.
+    Raises DappleError where no lamp is left that shines.
     """
     lights, warnings = [], []
     for name, light, matrix in lamps:
+        if light.type == "AREA" and not _surface(light, matrix) > 0:
+            warnings.append(f"Lamp '{name}' has no area and was left out: set its size and its scale to more than 0.")
+            continue
         found = _READERS[light.type](name, light, matrix)
         power = found.irradiance if light.type == "SUN" else found.intensity
         if not (power >= 0).all() or not np.isfinite(power).all():
@@ -51,11 +55,17 @@ def _wrong(light, water):
     if isinstance(light, Sun):
         upward = light.direction[2] >= 0
         return f"Sun '{light.name}' shines upward and was left out: rotate it so that it shines down." if upward else ""
-    if under_water(water, light.position):
+    if all(under_water(water, place) for place in _places(light)):
         return (
             f"Lamp '{light.name}' is under the water and was left out: move it above, for light that the water bends."
         )
     return ""
+
+
+def _places(light):
+    """Points (n,3) of a lamp: of an area lamp its ends too, part of which may be above the water."""
+    ends = [light.half_axes, -light.half_axes] if isinstance(light, Area) else []
+    return np.concatenate([light.position[None], *(light.position + end for end in ends)])
 
 
 def _sun(name, light, matrix):
@@ -86,16 +96,27 @@ def _spot(name, light, matrix):
 
 
 def _area(name, light, matrix):
-    """The Area of a Blender light, in its own x and y."""
-    round_one = light.shape in ("DISK", "ELLIPSE")
-    sizes = light.size, light.size_y if light.shape in ("RECTANGLE", "ELLIPSE") else light.size
-    sides = matrix[:3, :2].T * np.array(sizes)[:, None] / 2
+    """The Area of a Blender light, which shines along its own -z."""
+    half_axes = _half_axes(light, matrix)
+    if np.cross(*half_axes) @ matrix[:3, 2] > 0:
+        half_axes[1] *= -1
     intensity = _colour(light) / math.pi
     if not getattr(light, "normalize", True):
-        intensity *= (math.pi if round_one else 4) * np.linalg.norm(np.cross(*sides))
-    frame = sun_frame(_axis(matrix)) * [[1.0], [1.0], [-1.0]]
-    half_angle = min(float(light.spread) / 2, math.pi / 2)
-    return Area(name, matrix[:3, 3], intensity, 0.0, frame, half_angle, sides=sides, round=round_one)
+        intensity *= _surface(light, matrix)
+    spread = float(np.clip(light.spread, _NARROWEST, math.pi))
+    return Area(name, matrix[:3, 3], intensity, 0.0, half_axes, light.shape in _ROUND, spread)
+
+
+def _half_axes(light, matrix):
+    """Half axes (2,3) [m] of an area lamp: of squares and discs one size counts for both."""
+    sizes = np.array([light.size, light.size_y if light.shape in _OBLONG else light.size])
+    return matrix[:3, :2].T * sizes[:, None] / 2
+
+
+def _surface(light, matrix):
+    """The area [m^2] of an area lamp."""
+    across = np.linalg.norm(np.cross(*_half_axes(light, matrix)))
+    return float(across * (math.pi if light.shape in _ROUND else 4))
 
 
 _READERS = {"SUN": _sun, "POINT": _point, "SPOT": _spot, "AREA": _area}

@@ -22,7 +22,7 @@ def runs(scene, texels):
     import drjit
     import mitsuba
 
-    from dapple.kernels.area_lamps import Area
+    from dapple.kernels.scene import Area
 
     if any(isinstance(light, Area) for light in scene.lights):
         raise ValueError("area lamps are not handed to Mitsuba")

@@ -99,6 +99,11 @@ def unrendered_sun(scene):
     objects("Sun").hide_render = True
 
 
+def flat_area(scene):
+    objects("Sun").data.type = "AREA"
+    objects("Sun").scale.y = 0.0
+
+
 def sunken_bulb(scene):
     objects("Sun").data.type = "POINT"
     objects("Sun").location.z = 0.5
@@ -140,6 +145,7 @@ BROKEN = [
     (uvs_not_finite, r"Receiver 'Floor' cannot take a lightmap: .*not numbers; unwrap it"),
     (no_sun, r"no lamp that renders and shines on what bends light\. Add one"),
     (unrendered_sun, r"no lamp that renders and shines on what bends light\. Add one"),
+    (flat_area, r"no lamp that renders and shines on what bends light.*'Sun' has no area .*: set its size"),
     (sunken_bulb, r"no lamp that renders and shines.*'Sun' is under the water .*: move it above"),
     (sun_below, r"Sun 'Sun' shines upward and was left out: rotate it"),
     (heavy_water, r"Water 'Water' has IOR 5 in its material 'Lead'; set it between"),

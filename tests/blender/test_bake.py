@@ -195,11 +195,27 @@ def test_awkward_names_get_folders_of_their_own(pool, out):
 
 
 def test_warnings_reach_the_record(pool, out):
-    sunken = bpy.data.objects.new("Sunken", bpy.data.lights.new("Sunken", "POINT"))
-    pool.collection.objects.link(sunken)
+    panel = bpy.data.objects.new("Panel", bpy.data.lights.new("Panel", "AREA"))
+    pool.collection.objects.link(panel)
+    panel.scale.x = 0.0
     run(pool, frames=(1,))
     (warning,) = record(out)["frames"]["1"]["warnings"]
-    assert "'Sunken' is under the water" in warning
+    assert "'Panel' has no area" in warning
+
+
+def test_a_lamp_whose_size_changes_is_baked_anew(pool, out):
+    panel = bpy.data.objects.new("Panel", bpy.data.lights.new("Panel", "AREA"))
+    panel.location.z, panel.data.energy = 3.0, 50.0
+    pool.collection.objects.link(panel)
+    inputs = []
+    for size in (0.1, 0.1, 0.6):
+        panel.data.size = size
+        run(pool, frames=(1,))
+        frame = record(out)["frames"]["1"]
+        inputs.append(frame["inputs"])
+    assert inputs[0] == inputs[1] != inputs[2]
+    (area,) = (light for light in frame["lights"] if light["type"] == "area")
+    np.testing.assert_allclose(np.linalg.norm(area["half_axes"], axis=1), 0.3)
 
 
 @pytest.mark.bpy_module

@@ -90,10 +90,11 @@ def test_help_is_no_error(pool, capsys):
 
 
 def test_warning_is_said_once(pool, capsys):
-    sunken = bpy.data.objects.new("Sunken", bpy.data.lights.new("Sunken", "POINT"))
-    pool.collection.objects.link(sunken)
+    panel = bpy.data.objects.new("Panel", bpy.data.lights.new("Panel", "AREA"))
+    pool.collection.objects.link(panel)
+    panel.scale.x = 0.0
     assert cli.main(["bake"]) == 0
-    assert capsys.readouterr().err.count("warning: Lamp 'Sunken' is under the water") == 1
+    assert capsys.readouterr().err.count("warning: Lamp 'Panel' has no area") == 1
 
 
 def test_scene_that_cannot_be_baked(pool, capsys):

@@ -280,11 +280,13 @@ def test_exposure_temperature_and_radiance(pool):
 
 def test_lamps_that_are_left_out_are_named(pool):
     grid("Water", z=1.0)
+    add("Panel", bpy.data.lights.new("Panel", "AREA")).scale.y = 0.0
     add("Sunken", bpy.data.lights.new("Sunken", "POINT")).location.z = 0.5
     upward = sun(rotation=(math.pi, 0, 0))
     unlit = sun(energy=0.0)
     scene, warnings = read()
     assert [s.name for s in scene.lights] == ["Sun"]
+    assert any("'Panel' has no area and was left out: set its size" in w for w in warnings)
     assert any("'Sunken' is under the water" in w for w in warnings)
     assert any(f"'{upward.name}' shines upward" in w for w in warnings)
     assert not any(unlit.name in w for w in warnings)

@@ -42,7 +42,7 @@ def material(name, kind):
 
 def lamp(kind, location=(0.3, -0.2, 3.0), rotation=(0.0, 0.0, 0.0), scale=(1.0, 1.0, 1.0), **settings):
     light = bpy.data.lights.new("Lamp", kind)
-    for name, value in {"energy": 100.0, "shadow_soft_size": 0.0, **settings}.items():
+    for name, value in {"energy": 100.0, **({} if kind == "AREA" else {"shadow_soft_size": 0.0}), **settings}.items():
         setattr(light, name, value)
     thing = bpy.data.objects.new("Lamp", light)
     bpy.context.scene.collection.objects.link(thing)
@@ -75,10 +75,10 @@ def rendered(scene, path):
     return math.pi * read_exr(path)
 
 
-def assert_alike(pool, tmp_path):
+def assert_alike(pool, tmp_path, rtol=2e-3):
     pool.dapple.resolution = SIDE
-    ours, cycles = baked(pool), rendered(pool, tmp_path / "cycles.exr")
-    np.testing.assert_allclose(ours.mean((0, 1)), cycles.mean((0, 1)), rtol=2e-3)
+    ours, cycles = (np.asarray(image, float) for image in (baked(pool), rendered(pool, tmp_path / "cycles.exr")))
+    np.testing.assert_allclose(ours.mean((0, 1)), cycles.mean((0, 1)), rtol=rtol)
     assert (((ours - cycles) ** 2).mean((0, 1)) < 1e-4 * cycles.mean((0, 1)) ** 2).all()
 
 
@@ -123,3 +123,29 @@ def test_a_sun_and_two_lamps_at_once(pool, tmp_path):
     sun.energy, sun.angle = 2.0, 0.0
     bpy.context.scene.collection.objects.link(bpy.data.objects.new("Sun", sun))
     assert_alike(pool, tmp_path)
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        {"shape": "SQUARE", "size": 0.5, "color": (1.0, 0.5, 0.25)},
+        {"shape": "RECTANGLE", "size": 0.4, "size_y": 0.8, "spread": math.radians(100)},
+        {"shape": "DISK", "size": 0.5, "spread": math.radians(60)},
+        {"shape": "ELLIPSE", "size": 0.8, "size_y": 0.3},
+    ],
+    ids=lambda shape: shape["shape"],
+)
+def test_an_area_lamp_that_is_tilted_and_stretched(pool, tmp_path, shape):
+    pool.dapple.tolerance = 1e-4
+    thing = lamp("AREA", (0.5, 0.0, 3.0), (0.1, 0.2, 0.5), (1.5, -1.0, 1.2))
+    for name, value in shape.items():
+        setattr(thing.data, name, value)
+    assert_alike(pool, tmp_path, 5e-3)
+
+
+@since_4_5
+def test_an_area_lamp_of_power_per_area(pool, tmp_path):
+    pool.dapple.tolerance = 1e-4
+    thing = lamp("AREA", scale=(2.0, 1.0, 1.0), use_temperature=True, temperature=4000.0, exposure=1.0)
+    thing.data.normalize, thing.data.shape, thing.data.size = False, "DISK", 0.3
+    assert_alike(pool, tmp_path, 5e-3)

@@ -8,7 +8,6 @@ from casters import ball, no_water, slab
 from waves import calm, five_sines, flat, floor, pool, transmitted, water
 
 from dapple.kernels.area_lamps import among, cut, lamp_of, pieces
-from dapple.kernels.casters import Glass
 from dapple.kernels.disc.disc import within_disc
 from dapple.kernels.maps.texels import rasterise
 from dapple.kernels.methods import METHODS, prepare, solve
@@ -281,13 +280,48 @@ def test_over_a_ball_of_glass_it_is_the_sum_of_its_points():
     assert answer.images[0].max() < 0.9 * 100 * bake(over_a_ball(0.01), 32, tolerance=1e-2).images[0].max()
 
 
-def test_a_slab_of_glass_lets_the_light_of_a_rectangle_pass():
-    """Through a wide slab of an index of nearly 1 it is the form factor again."""
-    light = panel((0.4, 0.2), (0.0, 0.0, 2.5))
-    scene = Scene(no_water(), (floor(1.0),), (), (light,), casters=(slab((-2, -2, 0.9), (2, 2, 1.1), Glass(NO_BEND)),))
-    image = bake(scene, 8, tolerance=1e-2).images[0][..., 0]
-    x, y = centres(8, 1.0)
-    assert off(image, from_rectangle(x, y, light)) < 1e-3
+def through_plate(points, out, thick=0.2):
+    """Irradiance on points (n,3) of z = 0 below a plate, of a flat lamp of 1 W/sr at a point (3,), over all orders."""
+    rho = np.linalg.norm((points - out)[:, :2], axis=1)
+    air, total = out[2] - thick, 0.0
+    for order in range(3):
+        glass, low, high = thick * (2 * order + 1), np.zeros(len(points)), np.full(len(points), 1 - 1e-9)
+        for _ in range(50):
+            sine = (low + high) / 2
+            short = air * sine / np.sqrt(1 - sine**2) + glass * sine / np.sqrt(2.25 - sine**2) < rho
+            low, high = np.where(short, sine, low), np.where(short, high, sine)
+        cosine = np.sqrt(1 - sine**2)
+        once = np.array([1 - transmitted(c, 1.5) for c in cosine])
+        slope = air / cosine**3 + glass * 2.25 / (2.25 - sine**2) ** 1.5
+        geometry = np.where(rho > 1e-6, sine / np.maximum(rho, 1e-12) / (slope * cosine), (air + glass / 1.5) ** -2)
+        total = total + cosine * (1 - once) ** 2 * once ** (2 * order) * geometry
+    return total
+
+
+def test_through_a_plate_of_glass():
+    """A lamp 1.2 by 0.6 m: texel by texel, and its books."""
+    plate, light = slab((-2, -2, 1.0), (2, 2, 1.2)), panel((0.6, 0.3), (0.0, 0.0, 4.0))
+    scene = Scene(no_water(), (floor(side=1.0),), (), (light,), casters=(plate,))
+    (own,) = texels = [rasterise(scene.receivers[0], 12, padding=0)]
+    answer = solve(scene, texels, Settings(resolution=12, tolerance=1e-2, bounces=8))
+    places = [piece.position for piece in pieces(light, (16, 16))]
+    expected = np.mean([through_plate(own.positions, place) for place in places], axis=0) * light.intensity[0]
+    got = answer.images[0].reshape(-1, 3)[own.texel, 0]
+    assert got.mean() == pytest.approx(expected.mean(), rel=3e-3)
+    assert off(got, expected) < 1e-3
+    work = answer.diagnostics
+    total = sum(work.flux_received.values()) + sum(work.flux_lost.values())
+    np.testing.assert_allclose(total, work.flux_in, rtol=1e-9)
+
+
+def test_what_meets_a_ball_is_what_the_lamp_sends_there():
+    """The ball's form factor: pi I (r / d)^2 of a small flat lamp that faces it, and nothing of one that looks away."""
+    down = panel((0.001, 0.001), (0.0, 0.0, 4.0))
+    for light, share in ((down, 1.0), (replace(down, half_axes=down.half_axes[::-1]), 0.0)):
+        glass = ball(0.4, fine=96)
+        scene = Scene(no_water(), (floor(side=1.0, z=-1.0),), (), (light,), casters=(glass,))
+        work = bake(scene, 16, tolerance=0.1).diagnostics
+        assert work.flux_in[0] == pytest.approx(share * np.pi * light.intensity[0] * (0.4 / 4.0) ** 2, rel=5e-3)
 
 
 def test_places_over_casters_that_are_too_few_are_said_once():
