@@ -112,7 +112,7 @@ def test_a_small_area_lamp_that_is_tilted_and_stretched(pool, tmp_path, settings
 def test_an_area_lamp_of_some_width_and_power_per_area(pool, tmp_path, shape):
     thing = lamp("AREA", (0.3, 0.0, 2.0), (0.2, 0.1, 0.0), (1.2, 1.0, 1.0), size=0.8, size_y=0.4, shape=shape)
     thing.data.normalize = False
-    pool.dapple.tolerance = 1e-3
+    pool.dapple.tolerance = 1e-4
     assert_alike(pool, tmp_path)
 
 
