@@ -10,12 +10,14 @@ from dataclasses import replace
 import numpy as np
 
 from ..casters import Glass
+from ..facets import used
 from ..maps.charts import patches
 from ..optics import dot
 from ..rays import Tracer, soup
 from .crossings import Crossings
 from .legs import Legs
 from .media import Media, outside
+from .receded import receded
 
 _OFF = 2e-6  # of the extent: how far off a surface rays start, so that float32 does not find what they leave
 _ALIKE = 1 << 18  # to the unit: normals that round to the same are one
@@ -39,8 +41,10 @@ class Surfaces:
         meshes = (*scene.casters, scene.water)
         self.receiving = sum(len(r.triangles) for r in scene.receivers)
         self.solid = self.receiving + sum(len(o.triangles) for o in scene.occluders)
-        self.tracer = Tracer(*soup((*scene.receivers, *scene.occluders, *meshes)))
-        self.off = _OFF * self.tracer.extent
+        corners = used(*soup((*scene.receivers, *scene.occluders, *meshes)))
+        self.off = _OFF * np.linalg.norm(np.ptp(corners, axis=0)) if len(corners) else 0.0
+        solid = (*receded(scene, self.off), *scene.occluders)
+        self.tracer = Tracer(*soup((*solid, *meshes)))
         self.water = self.solid + sum(len(c.triangles) for c in scene.casters)
         self._tabulate_materials(scene, np.asarray(power, float))
         soups = [s.positions[s.triangles] for s in (*scene.receivers, *scene.occluders)]
@@ -49,7 +53,6 @@ class Surfaces:
         tables = [_geometry(mesh) for mesh in meshes]
         self._table = np.concatenate(tables, 1)
         self.patch = _patches(meshes)
-        solid = (*scene.receivers, *scene.occluders)
         self.legs = Legs((*solid, *meshes), self.tracer, len(solid), self._table[:3])
 
     def _tabulate_materials(self, scene, power):
