@@ -33,7 +33,8 @@ class Landed:
 class Arrivals:
     """Receivers of a Scene with their Texels, all of one resolution, among Surfaces.
 
-    Charts are numbered through all receivers; image (charts,) is the receiver that each belongs to.
+    Charts are numbered through all receivers; image (charts,) is the receiver that each belongs to, box (2,2,charts)
+    [texel] the least and the most x and y of each.
     """
 
     def __init__(self, receivers, texels, surfaces):
@@ -44,6 +45,7 @@ class Arrivals:
         self._charts = np.concatenate([np.zeros(0, np.int64), *(t.chart + b for t, b in zip(texels, bases))])
         self.image = np.repeat(np.arange(len(texels)), counts)
         self.side = max((t.resolution for t in texels), default=0)
+        self.box = _boxes(receivers, self._charts, len(self.image), self.side)
         self._surfaces = surfaces
 
     def chart(self, triangle):
@@ -86,3 +88,13 @@ class Arrivals:
         texel += offset
         np.maximum(texel, 0, out=texel)
         return np.minimum(texel, self.side, out=texel)
+
+
+def _boxes(receivers, charts, count, side):
+    """Least and most x and y (2,2,count) [texel] of charts, by those (T,) of all triangles of receivers."""
+    uvs = np.concatenate([np.zeros((0, 3, 2)), *(r.uvs for r in receivers)])
+    box = np.stack([np.full((2, count), np.inf), np.full((2, count), -np.inf)])
+    for axis in range(2):
+        np.minimum.at(box[0, axis], charts, uvs[..., axis].min(1))
+        np.maximum.at(box[1, axis], charts, uvs[..., axis].max(1))
+    return np.clip(box, 0, 1) * side

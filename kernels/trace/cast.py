@@ -17,11 +17,13 @@ from ..scene import Sun
 from ..splat.lander import BACK, LOST
 from ..splat.lander import BEYOND as _BEYOND
 from ..splat.landing import Bins
+from .apart import Apart
 from .arrivals import Arrivals
-from .entry import Entry, evenly, points
+from .entry import CELLS, Entry, evenly, points
 from .follow import BEYOND, BLOCKED, CULLED, FAINT, Follower, Rays
 from .kept_light import Followed
-from .picks import chosen
+from .part import Near, Part, sizes
+from .picks import chosen, pick
 from .spread import SIGHT, Spread
 from .strays import Strays, odd
 from .sun_disc import DiscCast, directions
@@ -43,14 +45,18 @@ def over_casters(scene, texels, settings, kept=None):
     surfaces = Surfaces(scene, power)
     box = Box(scene.volume) if scene.volume is not None else None
 
-    def make(light, tolerance):
-        return Cast(scene, light, texels, surfaces, box, replace(settings, tolerance=tolerance))
+    def make(light, tolerance, part):
+        return Cast(scene, light, texels, surfaces, box, replace(settings, tolerance=tolerance), part)
 
-    casts = []
+    def one(light, part):
+        count, _ = directions(scene, light, part.of(texels), settings.tolerance)
+        if count == 1:
+            return make(light, settings.tolerance * among(light), part)
+        return DiscCast(light, count, partial(make, part=part), settings)
+
+    casts, alike = [], sizes(texels)
     for light in scene.lights:
-        count, _ = directions(scene, light, texels, settings.tolerance)
-        tolerance = settings.tolerance * among(light)
-        casts.append(make(light, tolerance) if count == 1 else DiscCast(light, count, make, settings))
+        casts.append(one(light, Part(alike[0])) if len(alike) == 1 else Apart(partial(one, light), alike, texels))
         if kept is not None:
             casts[-1].keep = partial(kept.of, scene, light, power > 0, texels, settings)
     return casts
@@ -63,7 +69,8 @@ def left_out(scene, texels, settings, work, casts):
         return []
     sentences = []
     for light in scene.lights:
-        count, enough = directions(scene, light, texels, settings.tolerance)
+        found = [directions(scene, light, Part(own).of(texels), settings.tolerance) for own in sizes(texels)]
+        count, enough = max(found, key=lambda pair: pair[1])
         if count < enough:
             of = "directions within the disc" if isinstance(light, Sun) else "points"
             sentences.append(f"what is between {among(light) * count} {of} of '{lamp_of(light)}', over casters")
@@ -75,10 +82,11 @@ def left_out(scene, texels, settings, work, casts):
 
 class Cast(Followed):
     """As `splat.ways.Lit`: one light of a Scene over its casters, on Texels; surfaces: of the scene; box: of its
-    volume, or None. entry, arrivals, follower, channels, texel_area (images,) [m^2] and bins: what `Spread` uses;
-    strays: its Strays."""
+    volume, or None; part: the Part of the light that counts. entry, arrivals, follower, channels, texel_area (images,)
+    [m^2] and bins: what `Spread` uses; finer: how often cells are halved by the `search`; strays: its Strays."""
 
-    def __init__(self, scene, light, texels, surfaces, box, settings):
+    def __init__(self, scene, light, texels, surfaces, box, settings, part):
+        self.part, self._near = part, Near(part.of(scene.receivers))
         self.surfaces, self.texels, self.settings = surfaces, texels, settings
         self._lamp = None if isinstance(light, Sun) else np.asarray(light.position, float)
         self._state = 0 if self._lamp is None else surfaces.crossings.state(surfaces.media.at(self._lamp))
@@ -89,9 +97,13 @@ class Cast(Followed):
             soups = [soup[box.touches(soup)] for soup in soups]
         soup = np.concatenate([*soups, scene.water.positions[scene.water.triangles]])
         meshes = (*scene.receivers, *scene.occluders, *scene.casters, scene.water)
-        self.texel_area = np.array([t.area.sum() / len(t.area) for t in texels])
-        width = _WITHIN * SIGHT * np.sqrt(self.texel_area.min())
-        self.entry = Entry(light, soup, np.concatenate([mesh.positions for mesh in meshes]), width)
+        area = np.array([t.area.sum() / len(t.area) for t in texels])
+        self.texel_area = np.where(part.mine, area, area[part.mine].max())
+        width, first = _WITHIN * SIGHT * np.sqrt([area[part.mine].min(), max(area[part.mine].min(), part.coarsest)])
+        extent = np.ptp(soup, axis=(0, 1)).max() if len(soup) else 0.0  # none, where the volume holds no caster
+        wanted, start = extent / width, np.clip(extent / first, *CELLS)
+        self.finer = int(np.ceil(np.log2(max(wanted / start, 1)))) if part.coarsest else 0
+        self.entry = Entry(light, soup, np.concatenate([mesh.positions for mesh in meshes]), first)
         self.water = self.entry.lit
         self.strays = Strays(scene, surfaces)
         self.bins = Bins(len(texels) * self.arrivals.side**2, _LOST, self.channels)
@@ -118,6 +130,40 @@ class Cast(Followed):
     def follow(self):
         """See `Followed`: by beams, and points where light is rough."""
         return *Spread(self).result(), self.strays
+
+    def counts(self, end):
+        """Whether (k,) rays that end on `end` (k,) are of this Part of the light."""
+        if self.part.whole:
+            return np.ones(len(end), bool)
+        counts = np.full(len(end), self.part.rest)
+        at = np.flatnonzero((end >= 0) & (end < self.surfaces.receiving))
+        counts[at] = np.take(self.part.mine, self.arrivals.receiver(end[at]))
+        return counts
+
+    def ends(self, rays, codes, want):
+        """As `Follower.ends`, what counts of it."""
+        for ended, end in self.follower.ends(rays, codes, want):
+            at = chosen(self.counts(end))
+            yield ended.take(at), pick(end, at)
+
+    def divide(self, cells):
+        """Light that is of interest enters by these cells (n,) bool alone: make them finer."""
+        self.entry = self.entry.finer(cells)
+        self.water = self.entry.lit
+
+    def passes(self, rays, end, m, area):
+        """Whether (k,) Rays that end on `end` (k,), of points m (3,k) that stand for area (k,), light or nearly light
+        what counts."""
+        distance = self.surfaces.distance(rays.origin, rays.direction, end)
+        return self._near.passed(rays, distance, lambda way: np.sqrt(area) * self.spreads(m, way))
+
+    def across(self, m, area, rays, end):
+        """How wide (k,) [m] light of points m (3,k) that stand for area (k,) is where Rays end on `end` (k,), if
+        nothing bends it; 0 where the cells are as fine as the texels."""
+        if not self.finer:
+            return np.zeros(len(end))
+        distance = self.surfaces.distance(rays.origin, rays.direction, end)
+        return np.sqrt(area) * self.spreads(m, rays.way + distance)
 
     def start(self, m):
         """The Rays of points m (3,n) of the entry, and what meets them (n,) over the power."""

@@ -98,7 +98,7 @@ class CodeLander:
         """Yield points (k,), numbers of codes (k,), and chart, x, y, spread (k,) and carried (R,k) of what arrives from
         points m (3,n) that ask for codes want (n,)."""
         rays, met = self._cast.start(m)
-        for ended, end in self._cast.follower.ends(rays, self._codes, want):
+        for ended, end in self._cast.ends(rays, self._codes, want):
             passed = ended.share * met[ended.photon]
             chart, spread = _ENDS[np.minimum(end, 0)], np.ones(len(end))
             (x, y), carried = np.zeros((2, len(end))), np.tile(passed, (self.rows.total, 1))

@@ -9,6 +9,8 @@ where it is from frame to frame, so that what does not move is met by the same r
 
 from __future__ import annotations
 
+from copy import copy
+
 import numpy as np
 
 from ..halfedges import build_twins
@@ -24,7 +26,7 @@ _TINY = np.finfo(float).tiny
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 _NEAR = 1e-6  # of the farthest point: what is nearer to the lamp than that is not looked for
 _LEAST = 1e-9  # of how far off it is: the size of a cell
-_CELLS = 32, 256  # along the longer side of a plane, at least and at most
+CELLS = 32, 256  # along the longer side of a plane, at least and at most
 _ABOVE = 1e-3  # of the extent: how far above everything a sun's light sets out
 _ASIDE = 1 / np.pi  # of a cell: edges of what is modelled at round numbers lie on no edge of cells
 
@@ -47,7 +49,10 @@ class Entry:
         else:
             views = [(f, _seen(light.position, soup, f), f @ light.position - [0, 0, 1], 1.0) for f in _cube()]
         apart = None if isinstance(light, Sun) or not len(soup) else np.ptp(soup, axis=(0, 1)).max()
-        self._faces = [_Face(*view, width, apart) for view in views if len(view[1])]
+        self._settle(light, [_Face(*view, width, apart) for view in views if len(view[1])])
+
+    def _settle(self, light, faces):
+        self._light, self._faces = light, faces
         parts = [face.mesh() for face in self._faces]
         bases = np.cumsum([0, *(len(p[0]) for p in parts)])
         positions, normals = (np.concatenate([np.zeros((0, 3)), *(p[k] for p in parts)]) for k in (0, 2))
@@ -62,9 +67,18 @@ class Entry:
 
     def around(self, values):
         """Sums (n,) of values (n,), numbers or bools, over each cell and its eight neighbours."""
-        cuts = np.cumsum([np.count_nonzero(face.cells) for face in self._faces])[:-1]
-        parts = zip(self._faces, np.split(values, cuts), strict=True)
-        return np.concatenate([np.zeros(0, np.int64), *(face.around(part) for face, part in parts)])
+        return np.concatenate([np.zeros(0, np.int64), *(face.around(part) for face, part in self._by_face(values))])
+
+    def finer(self, chosen):
+        """The Entry of those cells alone that are chosen (n,) bool, each cut in four."""
+        entry = copy(self)
+        entry._settle(self._light, [face.finer(part) for face, part in self._by_face(chosen)])
+        return entry
+
+    def _by_face(self, values):
+        """Faces, each with those of values (n,) that are of its cells."""
+        cuts = np.cumsum([len(face.row) for face in self._faces])[:-1]
+        return zip(self._faces, np.split(values, cuts) if self._faces else (), strict=True)
 
 
 def evenly(lit, photons):
@@ -120,13 +134,13 @@ def _areas(lit):
 class _Face:
     """Cells of one plane: frame (3,3), rows its axes x and y and the one back to the light; corners (T,3,2) of what is
     seen on it; origin (3,) of its coordinates, in the frame; it spans -reach to reach; width [m] of cells where what
-    is seen is apart [m], None where that is what it is on the plane. cells (rows, columns) bool."""
+    is seen is apart [m], None where that is what it is on the plane. row, column (n,) of its cells, by rows."""
 
     def __init__(self, frame, corners, origin, reach, width, apart):
         self._frame, self._origin = frame, origin
         low, high = (np.clip(v, -reach, reach) for v in (corners.min((0, 1)), corners.max((0, 1))))
         side = (high - low).max()
-        cells = np.clip((side if apart is None else apart) / width, *_CELLS)
+        cells = np.clip((side if apart is None else apart) / width, *CELLS)
         size = no_larger(max(side / cells, _LEAST * np.abs([low, high]).max(), _TINY), width)
         most, self._aside = np.inf, _ASIDE
         if np.isfinite(reach):  # an odd number of whole cells fills the face
@@ -138,22 +152,39 @@ class _Face:
         self._columns, self._size = columns, size
         grid = np.zeros((max(columns, rows),) * 2, bool)
         grid.ravel()[touching(corners / size - self._aside - self._first, len(grid))[1]] = True
-        self.cells = _around(grid[:rows, :columns]) > 0
+        self._keep(*np.nonzero(_around(grid[:rows, :columns])))
+
+    def _keep(self, row, column):
+        """Take the cells (n,) for its own, and look up the nine (9,n) about each, n where there is none."""
+        self.row, self.column = row, column
+        wide = column.max(initial=0) + 3
+        key = row * wide + column + 1
+        about = (key + np.arange(-1, 2)[:, None, None] * wide + np.arange(-1, 2)[:, None]).reshape(9, -1)
+        found = np.searchsorted(key, about)
+        self._about = np.where(np.append(key, -1)[found] == about, found, len(key))
 
     def around(self, part):
         """As `Entry.around`, of this face's cells."""
-        grid = np.zeros(self.cells.shape, part.dtype)
-        grid[self.cells] = part
-        return _around(grid)[self.cells]
+        part = np.append(part.astype(np.int64) if part.dtype == bool else part, part.dtype.type(0))
+        return sum(part.take(own) for own in self._about)
+
+    def finer(self, chosen):
+        """The face with those cells alone that are chosen (n,) bool, each cut in four."""
+        face, half = copy(self), np.arange(4)[:, None]
+        row, column = 2 * self.row[chosen] + half // 2, 2 * self.column[chosen] + half % 2
+        order = np.lexsort((column.ravel(), row.ravel()))
+        face._keep(row.ravel()[order], column.ravel()[order])
+        face._columns, face._size = 2 * self._columns, self._size / 2
+        face._first, face._aside = 2 * self._first, 2 * self._aside
+        return face
 
     def place(self):
         """Column and row (2,n) of the cells, on a lattice that stays where it is while things move."""
-        return np.stack(np.nonzero(self.cells)[::-1]) + self._first[:, None]
+        return np.stack([self.column, self.row]) + self._first[:, None]
 
     def mesh(self):
         """Positions (V,3), triangles (2n,3) and normals (V,3) of the cells."""
-        row, column = np.nonzero(self.cells)
-        first = row * (self._columns + 1) + column
+        first = self.row * (self._columns + 1) + self.column
         quad = np.stack([first, first + 1, first + self._columns + 2, first + self._columns + 1], 1)
         used, index = np.unique(quad, return_inverse=True)
         y, x = np.divmod(used, self._columns + 1)
@@ -166,9 +197,9 @@ class _Face:
 
 
 def _around(grid):
-    """Sums of a grid (rows, columns) over each cell and the eight round it."""
-    framed = np.pad(grid.astype(np.int64) if grid.dtype == bool else grid, 1)
-    return sum(framed[j : j + grid.shape[0], i : i + grid.shape[1]] for j in range(3) for i in range(3))
+    """Whether any of a grid (rows, columns) is set in each cell and the eight round it."""
+    framed = np.pad(grid, 1)
+    return np.any([framed[j : j + grid.shape[0], i : i + grid.shape[1]] for j in range(3) for i in range(3)], 0)
 
 
 def _cube():

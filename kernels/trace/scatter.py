@@ -3,6 +3,7 @@
 A point's neighbours are those of the strata beside it whose light went the same way to the same chart. Its flux is
 spread over the parallelogram that reaches half of the way to each of them, so that all of it lies between places where
 light was seen to land. Where there is none on a side, it reaches no further; points closer than a texel need no width.
+Where texels are finer than a lone point can tell, it lies on a square that is as wide as it speaks for, in its chart.
 Points of even and of odd strata make a picture each, and their difference tells the error.
 """
 
@@ -15,13 +16,14 @@ import numpy as np
 from ..splat.sheet import Sheet
 
 _STEPS = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F], np.uint64)  # odd: keys of strata beside each other
+_SQUARE = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
 _MIX = np.uint64(0xD6E8FEB86659FD93)
 
 
 @dataclass
 class Points:
     """Where points landed: key (k,) uint64 from `keys`; even (k,) bool, of which half; chart (k,), x, y (k,) [texel];
-    flux (C,k)."""
+    flux (C,k); wide (k,) [texel]: of a lone one."""
 
     key: np.ndarray
     even: np.ndarray
@@ -29,6 +31,7 @@ class Points:
     x: np.ndarray
     y: np.ndarray
     flux: np.ndarray
+    wide: np.ndarray
 
 
 def keys(stratum, *way):
@@ -43,9 +46,11 @@ def keys(stratum, *way):
 
 
 class Scatter:
-    """Takes points, and lands them; image (charts,) and images, resolution, channels as of a `Sheet`."""
+    """Takes points, and lands them; image (charts,) and images, resolution, channels as of a `Sheet`; box (2,2,charts)
+    [texel]: the least and the most x and y of each chart."""
 
-    def __init__(self, image, images, resolution, channels):
+    def __init__(self, image, images, resolution, channels, box):
+        self._box = box
         self._halves = [Sheet(image, images, resolution, channels) for _ in range(2)]
         self._parts = []
 
@@ -64,7 +69,7 @@ class Scatter:
 
     def _land(self, points):
         """Leave Points on the sheets."""
-        x, y = _corners(points)
+        x, y = self._corners(points)
         wide = np.maximum(np.ptp(x, axis=0), np.ptp(y, axis=0)) >= 1
         for sheet, half in zip(self._halves, (points.even, ~points.even), strict=True):
             at = np.flatnonzero(half & ~wide)
@@ -72,9 +77,21 @@ class Scatter:
             at = np.flatnonzero(half & wide)
             sheet.add_parallelograms(points.chart[at], x[:, at], y[:, at], points.flux[:, at])
 
+    def _corners(self, points):
+        """Corners x, y (4,k), one after the other, of what Points are spread over."""
+        corners, lone = _between(points)
+        at = np.flatnonzero(lone & (points.wide >= 1))
+        if len(at):
+            low, high = np.take(self._box, points.chart[at], axis=2)
+            half = np.minimum(points.wide[at], high - low) / 2
+            middle = np.clip(np.stack([points.x[at], points.y[at]]), low + half, high - half)
+            corners[:, :, at] = middle + half * _SQUARE[:, :, None]
+        return corners[:, 0], corners[:, 1]
 
-def _corners(points):
-    """Corners x, y (4,k), one after the other, of what Points are spread over."""
+
+def _between(points):
+    """Corners (4,2,k), one after the other, of what lies between Points and their neighbours; whether (k,) they have
+    none."""
     order = np.argsort(points.key)
     known = points.key[order]
     low, high = np.zeros((2, 2, len(known))), np.zeros((2, 2, len(known)))  # axis of the strata, x or y
@@ -87,5 +104,5 @@ def _corners(points):
         half = (place[:, next_one] - place[:, mine]) / 2
         high[axis][:, mine], low[axis][:, next_one] = half, -half
     (a, b), (c, d) = (low[0], high[0]), (low[1], high[1])
-    corners = place + np.stack([a + c, b + c, b + d, a + d])
-    return corners[:, 0], corners[:, 1]
+    lone = ~np.stack([a, b, c, d]).any((0, 1))
+    return place + np.stack([a + c, b + c, b + d, a + d]), lone

@@ -14,8 +14,9 @@ from .brightness import Brightness
 from .code_lander import CodeLander
 from .codes import Codes
 from .entry import points
-from .pilot import ALONG, PILOT, Pilot
+from .pilot import PILOT, Pilot
 from .scatter import Points, Scatter, keys
+from .search import search
 
 SIGHT = 2.0  # texels: how wide cells of the entry are
 _POINTS = 0.7  # of the tolerance, for points
@@ -30,19 +31,20 @@ class Spread:
         self._cast, self._settings = cast, cast.settings
         texels = cast.texels
         self._shape = len(texels), cast.arrivals.side, cast.channels
-        self._count, self._whole = sum(len(t.area) for t in texels), sum(t.area.sum() for t in texels)
-        self._scatter = Scatter(cast.arrivals.image, *self._shape)
+        own = cast.part.of(texels)
+        self._count, self._whole = sum(len(t.area) for t in own), sum(t.area.sum() for t in own)
+        self._scatter = Scatter(cast.arrivals.image, *self._shape, cast.arrivals.box)
 
     def result(self):
         cast = self._cast
-        found = list(self._look())
-        arrived = sum(flux[self._receives(end)].sum() for _, end, flux, _, _ in found)
-        square = (arrived / self._whole) ** 2 * self._count
+        found, left = search(cast, self._land_found)
+        arrived = sum(part.share[self._receives(part.end)].sum() for part in (*found, *left))
+        square = max(arrived / self._whole, cast.part.light) ** 2 * self._count
         tolerance = self._settings.tolerance * square
         pilot = self._pilot(found, _POINTS * tolerance)
         self._brightness = self._bright(found)
         self._land_pilot(found, pilot)
-        del found
+        del found, left
         self._land_more(pilot)
         flux, apart, landed = self._scatter.take()
         sheet = Sheet(np.zeros(0, np.int64), *self._shape)
@@ -55,48 +57,42 @@ class Spread:
         lost |= {cause: lost.get(cause, 0.0) + watts for cause, watts in books.items()}
         return *cast.own(flux + beams, lost, met + came), error / square if square else 0.0
 
-    def _look(self):
-        """Yield Rays, what they end on, their flux over the power, cells (k,) and strata (2,k) of a few points."""
-        cast = self._cast
-        side = np.full(len(cast.water.area) // 2, ALONG)
-        for cell, stratum, m, area in points(cast.water, side, cast.entry.place, self._settings.seed):
-            rays, met = cast.start(m)
-            for ended, end in cast.follower.ends(rays):
-                flux = np.take(area * met, ended.photon) * ended.share
-                cast.strays.add(ended, end, flux)
-                yield ended, end, flux, cell[ended.photon], stratum[:, ended.photon]
-
     def _receives(self, end):
         return (end >= 0) & (end < self._cast.surfaces.receiving)
 
     def _pilot(self, found, most):
         """The Pilot of what is found."""
         parts = [(np.zeros(0, np.int64),) * 4 + (np.zeros(0),) * 2]
-        for rays, end, flux, cell, _ in found:
-            at = self._receives(end)
-            arriving, light = np.where(at, flux, 0.0), np.zeros(len(end))
-            light[at] = flux[at] / self._cast.texel_area[self._cast.arrivals.receiver(end[at])]
-            where = end.astype(np.int64)
-            where[at] = self._cast.arrivals.chart(end[at])
-            parts.append((rays.code, rays.path, where, cell, light, arriving))
+        for part in found:
+            at, flux = self._receives(part.end), part.share
+            arriving, light = np.where(at, flux, 0.0), np.zeros(len(flux))
+            texel = self._cast.texel_area[self._cast.arrivals.receiver(part.end[at])]
+            light[at] = flux[at] / np.maximum(texel, part.across[at] ** 2)
+            where = part.end.astype(np.int64)
+            where[at] = self._cast.arrivals.chart(part.end[at])
+            parts.append((part.rays.code, part.rays.path, where, part.cell, light, arriving))
         return Pilot(*map(np.concatenate, zip(*parts, strict=True)), self._cast.entry, most)
 
     def _bright(self, found):
         """The Brightness of all that is found."""
-        arrivals, bright = self._cast.arrivals, Brightness(self._cast.texels)
-        for rays, end, flux, _, _ in found:
-            landed = arrivals.of(rays, end)
-            bright.add(arrivals.receiver(end[landed.ray]), landed.x, landed.y, flux[landed.ray])
+        arrivals, bright = self._cast.arrivals, Brightness(self._cast.texels, self._cast.part.mine)
+        for part in found:
+            landed = arrivals.of(part.rays, part.end)
+            bright.add(arrivals.receiver(part.end[landed.ray]), landed.x, landed.y, part.share[landed.ray])
         return bright
 
     def _land_pilot(self, found, pilot):
         """Land the pilot's points whose light it is to land."""
         start = 0
-        for rays, end, flux, _, stratum in found:
-            at = np.flatnonzero(pilot.kind[start : start + len(end)] == PILOT)
-            start += len(end)
-            rays = rays.take(at)
-            self._land(rays, end[at], flux[at] / rays.share, stratum[:, at], rays.code)
+        for part in found:
+            stop = start + len(part.end)
+            self._land_found(part.take(np.flatnonzero(pilot.kind[start:stop] == PILOT)))
+            start = stop
+
+    def _land_found(self, found, *level):
+        """Land a part of what was found by cells of a level, if they are not the last."""
+        apart = [np.full(len(found.end), 1 + k) for k in level]
+        self._land(found.rays, found.end, found.flux, found.stratum, found.across, found.rays.code, *apart)
 
     def _land_more(self, pilot):
         """Land more points where light is rough."""
@@ -105,18 +101,20 @@ class Spread:
         codes = Codes(words)
         for cell, stratum, m, area in points(cast.water, side, cast.entry.place, self._settings.seed):
             rays, met = cast.start(m)
-            for ended, end in cast.follower.ends(rays, codes, want[cell]):
+            for ended, end in cast.ends(rays, codes, want[cell]):
                 at = ended.photon
+                across = cast.across(m[:, at], area[at], ended, end)
                 way = np.take(codes.number, ended.code), side[cell[at]]
-                self._land(ended, end, np.take(area * met, at), stratum[:, at], *way)
+                self._land(ended, end, np.take(area * met, at), stratum[:, at], across, *way)
 
-    def _land(self, rays, end, flux, stratum, *way):
-        """Scatter points of flux (k,) and strata (2,k) that end as Rays on `end` (k,)."""
+    def _land(self, rays, end, flux, stratum, across, *way):
+        """Scatter points of flux (k,) and strata (2,k), as wide as across (k,) [m], that end as Rays on `end` (k,)."""
         landed, arrives = self._cast.book(rays, end, flux)
         at = landed.ray
         stratum = stratum[:, at]
+        wide = across[at] / np.sqrt(self._cast.texel_area[self._cast.arrivals.image[landed.chart]])
         key = keys(stratum, *(np.take(part, at) for part in way), landed.path, landed.chart)
-        self._scatter.add(Points(key, stratum.sum(0) % 2 == 0, landed.chart, landed.x, landed.y, arrives))
+        self._scatter.add(Points(key, stratum.sum(0) % 2 == 0, landed.chart, landed.x, landed.y, arrives, wide))
 
     def _doubt(self, apart):
         """Squared error of points, from the difference (C, texels) of their halves."""

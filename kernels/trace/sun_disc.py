@@ -66,7 +66,8 @@ class DiscCast(Followed):
         self._light, self._count, self._make, self._settings = light, count, make, settings
         whole, self._tolerance = make(light, settings.tolerance), settings.tolerance * among(light)
         self.water, self.strays, self.in_colour = whole.water, whole.strays, whole.in_colour
-        self._area = np.concatenate([t.area for t in whole.texels])
+        self._area, self._part = np.concatenate([t.area for t in whole.texels]), whole.part
+        self._own = np.repeat(whole.part.mine, [len(t.area) for t in whole.texels])
 
     def again(self):
         return 0
@@ -76,7 +77,7 @@ class DiscCast(Followed):
         count = max(_POINTS // among(self._light), 1)
         casts = self._casts(count, rng, self._tolerance)
         flux, lost, met, used = zip(*(cast.throw(photons / count, rng) for cast in casts), strict=True)
-        return sum(flux), _added(lost), sum(met), sum(used)
+        return sum(flux), added(lost), sum(met), sum(used)
 
     def follow(self):
         """See `Followed`."""
@@ -88,7 +89,7 @@ class DiscCast(Followed):
             flux, halves = flux + share * own, halves + share * own * (-1) ** k
             lost.append({cause: share * watts for cause, watts in causes.items()})
             met, errors = met + share * came, errors + error / self._count**2
-        return flux, _added(lost), met, errors + self._between(flux, halves), self.strays
+        return flux, added(lost), met, errors + self._between(flux, halves), self.strays
 
     def _between(self, flux, halves):
         """Mean squared error over the squared mean of what single places of a lamp leave out, from the flux (C,K) of
@@ -96,8 +97,8 @@ class DiscCast(Followed):
         the error of all, a half."""
         if isinstance(self._light, Sun) or not flux.any():
             return 0.0
-        light, apart = (f.mean(0) / self._area for f in (flux, halves))
-        return float(np.mean(apart**2) / light.mean() ** 2 / 2)
+        light, apart = ((f.mean(0) / self._area)[self._own] for f in (flux, halves))
+        return float(np.mean(apart**2) / max(light.mean(), self._part.light) ** 2 / 2)
 
     def _casts(self, count, rng, tolerance):
         """Casts of `count` lights that share it."""
@@ -108,7 +109,7 @@ class DiscCast(Followed):
             yield cast
 
 
-def _added(books):
+def added(books):
     """The sums of {cause: W} over all books."""
     return {
         cause: sum(book[cause] for book in books if cause in book)
