@@ -26,7 +26,7 @@ from .part import Near, Part, sizes
 from .picks import chosen, pick
 from .spread import SIGHT, Spread
 from .strays import Strays, odd
-from .sun_disc import DiscCast, directions
+from .sun_disc import DiscCast, blur_of, directions
 from .surfaces import Surfaces
 from .volume import Box
 
@@ -34,6 +34,10 @@ CAUSES = {MISS: "missed", BEYOND: LOST[_BEYOND], FAINT: "faint", CULLED: "culled
 _LOST = (*dict.fromkeys(CAUSES.values()), "absorbed", LOST[BACK])
 _WITHIN = 0.99  # of what is seen at a glance: the cells of the entry
 _FAINT = 1e-2  # of the tolerance: branches that carry less of a photon are not followed
+
+
+# Of a disc a texel wide, left out: squared error over the mean square, seen at the focus of a ball on texels' borders.
+_AT_A_FOCUS = 1e-2
 
 
 def over_casters(scene, texels, settings, kept=None):
@@ -74,6 +78,10 @@ def left_out(scene, texels, settings, work, casts):
         if count < enough:
             of = "directions within the disc" if isinstance(light, Sun) else "points"
             sentences.append(f"what is between {among(light) * count} {of} of '{lamp_of(light)}', over casters")
+        elif count == 1 and isinstance(light, Sun) and light.angle > 0:
+            wide = max(blur_of(scene, light, Part(own).of(texels)) for own in sizes(texels))
+            if wide**2 * _AT_A_FOCUS > settings.tolerance:
+                sentences.append(f"the disc of '{light.name}' over casters, {wide:.1f} texels wide")
     part = np.sum(work.flux_lost.get(LOST[_BEYOND], 0.0)) / max(work.flux_in.sum(), np.finfo(float).tiny)
     if part > settings.tolerance:
         sentences.append(f"light that meets more than {settings.bounces} surfaces (bounces): {part:.1%} of all")

@@ -32,13 +32,18 @@ def directions(scene, light, texels, tolerance):
     sized = light.angle > 0 if isinstance(light, Sun) else isinstance(light, Piece) and light.half_axes.any()
     if not sized:
         return 1, 1
-    texel = np.sqrt(min(t.area.sum() / len(t.area) for t in texels))
-    blur = max(_angle(light, caster) * _way(caster, texels) for caster in scene.casters) / texel
+    blur = blur_of(scene, light, texels)
     enough = int(np.ceil((blur / _SEEN) ** 2)) if blur > _SEEN else 1
     if isinstance(light, Sun):
         return min(enough, _MOST), enough
     enough = int(np.ceil((_FEW + blur**2) * np.sqrt(_EVEN / tolerance))) if blur > _SHOWS else 1
     return min(enough, max(_PLACES // among(light), 2)), enough
+
+
+def blur_of(scene, light, texels):
+    """How wide a light's size blurs what goes straight on from casters to the nearest receiver, in texels."""
+    texel = np.sqrt(min(t.area.sum() / len(t.area) for t in texels))
+    return max(_angle(light, caster) * _way(caster, texels) for caster in scene.casters) / texel
 
 
 def _angle(light, caster):

@@ -12,6 +12,7 @@ from __future__ import annotations
 import platform
 import sys
 import time
+from functools import partial
 from itertools import chain
 from pathlib import Path
 
@@ -24,19 +25,20 @@ _VIEWS = {"glass": ((0, 0, 20.0), 1.5), "mirror_room": ((0, 0, 20.0), 3.2), "lag
 _DRAWN = "ring", "stone", "glass.blend", "mirror_room.blend"  # the pictures of docs/casters.md
 
 
-def cases():
-    """All that is measured."""
+def cases(names):
+    """All that is measured, or what is named."""
     import waves
     from bench import caster_scenes as scenes
     from bench.caster_cases import Case
     from bench.mitsuba_camera import View
     from bench.sample_scenes import read
 
-    yield Case("pool", waves.pool(quads=128), View((0, 0, 1.2), 4.0))
-    for make in scenes.SMALL:
-        yield Case(make.__name__, make(), View((0, 0, 20.0), 1.0))
-    for name in scenes.SAMPLES:
-        yield Case(f"{name}.blend", read(name), View(*_VIEWS[name]))
+    makers = {"pool": (lambda: waves.pool(quads=128), View((0, 0, 1.2), 4.0))}
+    makers |= {make.__name__: (make, View((0, 0, 20.0), 1.0)) for make in scenes.SMALL}
+    makers |= {f"{name}.blend": (partial(read, name), View(*_VIEWS[name])) for name in scenes.SAMPLES}
+    for name, (make, view) in makers.items():
+        if not names or name in names:
+            yield Case(name, make(), view)
 
 
 def tables(table, names):
@@ -52,7 +54,7 @@ def tables(table, names):
         for row in rows:
             table.add(*row)
 
-    measured = [case for case in cases() if not names or case.name in names]
+    measured = list(cases(names))
     if not names:
         begin("The reference against closed forms", caster_checks.HEAD, caster_checks.rows())
     errors = (case.error_rows(tolerance) for case in measured for tolerance in ASKED)
