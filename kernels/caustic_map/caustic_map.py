@@ -87,7 +87,7 @@ def _by(maps, texels, grid, settings):
 
 
 def _left(levels):
-    """Relative mean squared error of the first of three maps (3,K), each by half of the grid of the one before, from
+    """Mean squared error over the squared mean of the first of three maps (3,K), each by half of the grid of the one before, from
     their differences."""
     mean = levels[0].mean() if levels.size else 0.0
     if not mean > 0:

@@ -87,3 +87,16 @@ def test_what_knows_no_casters_gives_no_error_for_them(method):
     scene = replace(pool(quads=8), casters=(ball(0.2, (0, 0, 2.0), fine=6),))
     d = solve(scene, [rasterise(scene.receivers[0], 16)], Settings(method, 0.3, surface="mesh")).diagnostics
     assert d.estimated_error is None and any("glass" in sentence for sentence in d.left_out)
+
+
+@pytest.mark.parametrize("method", [name for name in METHODS if name != "flat"])
+def test_every_estimate_is_over_the_mean_square(method):
+    """Inside, errors are over the squared mean of the light, which is less by its variance."""
+    scene, settings = pool(quads=48), Settings(method, 0.05, surface="mesh")
+    texels = [rasterise(scene.receivers[0], 32)]
+    inside = METHODS[method](scene, texels, settings)
+    light = inside.images[0].sum(2)
+    power = (light**2).mean() / light.mean() ** 2
+    assert power > 1.01
+    told = solve(scene, texels, settings).diagnostics.estimated_error
+    assert told * power == pytest.approx(inside.diagnostics.estimated_error, rel=1e-6)
