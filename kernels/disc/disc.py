@@ -31,6 +31,7 @@ _SHARE = 0.7  # of the tolerance, at most: finer cells cost more than beams that
 _LEAST = 0.1  # texels: smaller ellipses change nothing
 _WIDE = 5.0  # texels: where transforms are quicker, and what crosses a border is no small part of a chart
 _WIDEST = 2.0
+_SOME = 1 << 12  # texels of an image tell how wide its ellipses are
 _GOLDEN = (np.sqrt(5) - 1) / 2
 
 
@@ -56,8 +57,8 @@ class Disc:
             return
         lit_part = min(lit.area.sum() / sum(t.area.sum() for t in texels), 1.0)  # of the texels, if all light arrives
         varied = (1 + _VARIED) / lit_part - 1
-        counts = [m.shape[1] for m in self._moments]
-        self.grain, self._errors, own = _grid(sizes, counts, _SHARE * tolerance / varied, finest)
+        counts, axes = [m.shape[1] for m in self._moments], [_half_axes(m) for m in self._moments]
+        self.grain, self._errors, own = _grid(axes, counts, _SHARE * tolerance / varied, finest)
         if not isinstance(light, Sun):
             self._errors, own = _LAMPS * self._errors, _LAMPS * own
         self.left = max(tolerance - varied * own, (1 - _SHARE) * tolerance)
@@ -114,27 +115,36 @@ def _bounded(moments, side):
     return moments * np.minimum(_WIDEST * side / np.maximum(size, np.finfo(float).tiny), 1.0) ** 2
 
 
-def _grid(sizes, counts, enough, finest):
+def _half_axes(moments):
+    """Half axes (k,) [texel] of some of the ellipses with moments (3,K), evenly drawn: where light grazes a receiver
+    they are many times as long as elsewhere, and no mean speaks for all."""
+    xx, yy, _ = moments[:, :: -(-moments.shape[1] // _SOME) or 1]
+    return 2 * np.sqrt((xx + yy) / 2)
+
+
+def _grid(axes, counts, enough, finest):
     """How many cells along a texel, up to `finest`, leave an error per variance of no more than `enough`, or where
-    other causes leave much of that half of it; the error of each image, of `counts` texels under ellipses with
-    half axes `sizes`, and that of all."""
-    rest = np.array([_rest(*of) for of in zip(sizes, counts, strict=True)])
+    other causes leave much of that half of it; the error of each image, of `counts` texels under ellipses of which some
+    have half axes `axes`, and that of all."""
+    rest = np.array([_rest(*of) for of in zip(axes, counts, strict=True)])
     allowed = max(enough - np.average(rest, weights=counts), enough / 2)
     for grain in range(1, finest + 1):
-        own = np.array([_grid_error(size, grain) for size in sizes])
+        own = np.array([_grid_error(of, grain) for of in axes])
         if np.average(own, weights=counts) <= allowed:
             break
     return grain, own + rest, np.average(own + rest, weights=counts)
 
 
-def _grid_error(size, grain):
-    """Error per variance that `grain` cells along a texel leave under ellipses with half axes of `size` texels."""
-    return min(_GRID_ERROR, _CHANGE * size**2) / (grain**2 * (1 + (grain * size) ** 3 / 2))
+def _grid_error(axes, grain):
+    """Error per variance that `grain` cells along a texel leave under ellipses with half axes (k,) [texel]."""
+    errors = np.minimum(_GRID_ERROR, _CHANGE * axes**2) / (grain**2 * (1 + (grain * axes) ** 3 / 2))
+    return errors.sum() / max(len(axes), 1)
 
 
-def _rest(size, count):
-    """Error per variance of all else, on `count` texels."""
-    return min(_RIM_ERROR * size**2 / np.sqrt(max(count, 1)), _MOST_RIM) + _MEAN_ERROR
+def _rest(axes, count):
+    """Error per variance of all else, on `count` texels under ellipses with half axes (k,) [texel]."""
+    errors = np.minimum(_RIM_ERROR * axes**2 / np.sqrt(max(count, 1)), _MOST_RIM)
+    return errors.sum() / max(len(axes), 1) + _MEAN_ERROR
 
 
 def within_disc(light, count, rng):

@@ -96,6 +96,18 @@ def test_dark_stays_dark_and_none_is_negative():
     assert image.min() == 0 and (image == 0).mean() > 0.2
 
 
+def test_a_few_ellipses_along_grazed_sides_do_not_speak_for_all():
+    """One texel in fifty has an ellipse a hundred texels long: no more than that part of the map is as wrong as can be,
+    though the mean of the squares would say so of all of it. And of the cells, only it asks for none."""
+    short, long = np.full(49, 0.4), np.full(1, 100.0)
+    both = np.concatenate([short, long])
+    rest, most = disc._rest(both, 10_000), disc._MOST_RIM
+    assert disc._rest(short, 10_000) < rest < disc._rest(short, 10_000) + most / 50
+    assert disc._rest(np.sqrt([(both**2).mean()]), 10_000) > 10 * rest
+    for grain in (1, 2, 3, 4):
+        assert disc._grid_error(both, grain) == pytest.approx(0.98 * disc._grid_error(short, grain), rel=1e-3)
+
+
 @pytest.mark.parametrize("size", [0.05, 0.2, 0.7, 3.0, 12.0])
 def test_kernels_have_the_moments_that_are_asked(size):
     covariance = size * np.array([[1.0, 0.3], [0.3, 0.6]])
