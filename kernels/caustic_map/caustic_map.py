@@ -87,8 +87,8 @@ def _by(maps, texels, grid, settings):
 
 
 def _left(levels):
-    """Mean squared error over the squared mean of the first of three maps (3,K), each by half of the grid of the one before, from
-    their differences."""
+    """Mean squared error over the squared mean of the first of three maps (3,K), each by half of the grid of the one
+    before, from their differences."""
     mean = levels[0].mean() if levels.size else 0.0
     if not mean > 0:
         return 1.0  # if there is light, all of it is missing
