@@ -54,8 +54,11 @@ class Rays:
         return cls(np.arange(count), origin, direction, origin, *shares, *words, no, no, way, none, left)
 
     def take(self, index):
-        """The Rays of a part, see `picks`."""
-        return self if index is ALL else Rays(*(pick(a, index) for a in vars(self).values()))
+        """The Rays of a part, see `picks`; they do not keep the others in memory."""
+        columns = vars(self).values()
+        if isinstance(index, slice) and index is not ALL:
+            return Rays(*(pick(a, index).copy() for a in columns))
+        return self if index is ALL else Rays(*(pick(a, index) for a in columns))
 
     def each(self):
         """The Rays with an array for all that is one number."""
@@ -101,7 +104,7 @@ class Follower:
             weak = rays.share * rays.colour.max(0) <= self.faint
             if weak.any():
                 yield from _told(rays, weak & (rays.share > 0), np.full(len(weak), FAINT), codes)
-                rays = rays.take(np.flatnonzero(~weak))
+                rays = rays.take(chosen(~weak))
         yield from _told(rays, np.ones(len(rays.photon), bool), np.full(len(rays.photon), BEYOND), codes)
 
     def _bound(self, rays, end, final):

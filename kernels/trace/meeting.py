@@ -123,7 +123,7 @@ class Meeting:
 
     def _gone(self, both, direction, start, share, tint, state, code, left):
         """The Rays that leave, of those `both` that meet, with what changes on the way."""
-        rays, surfaces, old = self._rays, self._surfaces, within(self._at, both)
+        rays, surfaces, old = self._rays, self._surfaces, within(self._at, both, len(self._rays.photon))
         triangle, key = pick(self._triangle, both), pick(self._key, both)
         distance, path = pick(self._distance, both), pick(rays.path, old)
         met_patch = path + surfaces.patch.take(triangle)
