@@ -26,13 +26,16 @@ _SHORT_OF_LENGTH, _SHORT_OF_EXTENT = 2e-6, 2e-5  # float32 rounding of a ray's l
 
 
 class Tracer:
-    """Rays against one triangle soup: positions (V,3), triangles (T,3). No triangle at all is a scene that all miss."""
+    """Rays against one triangle soup: positions (V,3), triangles (T,3). No triangle at all is a scene that all miss.
 
-    def __init__(self, positions, triangles):
+    about (n,3): where it is to be exact, by which its centre and extent go; else all that triangles use.
+    """
+
+    def __init__(self, positions, triangles, about=None):
         self.count = len(triangles)
         if not self.count:
             return
-        corners = used(positions, triangles).T.copy()
+        corners = (used(positions, triangles) if about is None else about).T.copy()
         low, high = corners.min(1), corners.max(1)
         self.centre, self.extent = (low + high) / 2, float(np.linalg.norm(high - low))
         self._scene = _scene(self._rounded(positions), np.ascontiguousarray(triangles, np.int32))

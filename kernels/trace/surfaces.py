@@ -41,10 +41,10 @@ class Surfaces:
         meshes = (*scene.casters, scene.water)
         self.receiving = sum(len(r.triangles) for r in scene.receivers)
         self.solid = self.receiving + sum(len(o.triangles) for o in scene.occluders)
-        corners = used(*soup((*scene.receivers, *scene.occluders, *meshes)))
+        corners = used(*soup((*scene.receivers, *meshes)))  # what only blocks may be miles away
         self.off = _OFF * np.linalg.norm(np.ptp(corners, axis=0)) if len(corners) else 0.0
         solid = (*receded(scene, self.off), *scene.occluders)
-        self.tracer = Tracer(*soup((*solid, *meshes)))
+        self.tracer = Tracer(*soup((*solid, *meshes)), corners)
         self.water = self.solid + sum(len(c.triangles) for c in scene.casters)
         self._tabulate_materials(scene, np.asarray(power, float))
         soups = [s.positions[s.triangles] for s in (*scene.receivers, *scene.occluders)]

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from casters import SILVER, ball, no_water, patch, room, slab
-from waves import flat, floor, sun, transmitted, water
+from waves import flat, floor, quad, sun, transmitted, water
 
 from dapple.kernels.casters import Mirror, Volume
 from dapple.kernels.maps.texels import rasterise
 from dapple.kernels.methods import solve
-from dapple.kernels.scene import Point, Receiver, Scene, Settings, Spot, Sun
+from dapple.kernels.scene import Occluder, Point, Receiver, Scene, Settings, Spot, Sun
 from dapple.kernels.trace.cast import over_casters
 
 
@@ -76,6 +76,18 @@ def test_a_block_that_stands_on_the_table_lights_it(height, part):
     image = baked(scene, side=16, bounces=8, tolerance=1e-3).images[0][..., 0]
     np.testing.assert_allclose(image[6:10, 6:10], 0.96 / 1.04, rtol=1e-3)
     assert not image[:3].any()
+
+
+@pytest.mark.parametrize("lamp", [sun((0.2, 0, -1)), Point("Lamp", np.array([0.0, 0.1, 1.0]), np.ones(3))])
+def test_mountains_far_away_leave_a_marble_its_light(lamp):
+    """Rays are cast in single precision: a ball of 5 cm, and a wall 6 km wide, 3 km off."""
+    far = 3e3
+    wall = quad("Wall", [[far, -far, -far], [far, far, -far], [far, far, far], [far, -far, far]])
+    marble = ball(0.05, (0, 0, 0.07), fine=32)
+    scene = Scene(no_water(), (floor(side=0.4),), (), (lamp,), casters=(marble,))
+    alone = baked(scene, side=32).images[0]
+    before = baked(replace(scene, occluders=(Occluder("Wall", wall.positions, wall.triangles),)), side=32).images[0]
+    assert ((alone - before) ** 2).mean() < 2e-4 * (alone**2).mean()
 
 
 def test_the_same_through_still_water():
