@@ -17,7 +17,7 @@ class MeshNodes:
     """
 
     def __init__(self, lit, edges, lander, shadowed):
-        self.edges, self._shade = edges, None
+        self.edges = edges
         if edges.smooth:
             self._m, self._n = (np.ascontiguousarray(v.T) for v in (lit.points, lit.shading))
         else:

@@ -19,10 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-_SLOPES, _NEAREST = (
-    1.0,
-    0.05,
-)  # weight of the first relation: 1 over the squared length, in median lengths, and a little
+_NEAREST = 0.05  # weight of the first relation: 1 over the squared length, in median lengths, and this
 _CHANGE, _EVEN = 0.02, 1e-4  # of the second, times the first one's root; and of the third
 _HELD = 1e6  # weight of a tilt that is to be none
 _ROUNDING = 1e-12

@@ -37,7 +37,7 @@ def _holds_all(file, length):
     if min(offsets) < first:
         return False
     file.seek(max(offsets))
-    _line, size = struct.unpack("<ii", file.read(8))
+    _, size = struct.unpack("<ii", file.read(8))
     return max(offsets) + 8 + size <= length
 
 

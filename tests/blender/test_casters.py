@@ -1,8 +1,6 @@
 """Who casts and who only blocks: by material, by what was asked, triangle by triangle, under any transform."""
 
-import json
 import math
-from dataclasses import replace
 
 import bpy
 import numpy as np
@@ -10,47 +8,15 @@ import pytest
 from mathutils import Euler, Matrix, Vector
 
 from dapple.kernels.casters import Glass, Mirror
-from dapple.operators.bake.bake import bake, request_from_scene
 from dapple.operators.errors import DappleError
 from dapple.operators.read.casters import caster_names
-from dapple.operators.read.extract import read_scene
-from dapple.operators.read.mesh_arrays import TopologyCache
-from dapple.operators.read.volume import Bounds
-from dapple.tests.blender.small_pool import add_grid, build_pool, solve_by_height, use_solver
-
-
-def material(name, **values):
-    """A Principled material; glass where nothing is said."""
-    made = bpy.data.materials.new(name)
-    if bpy.app.version < (5, 0, 0):
-        made.use_nodes = True
-    shader = next(n for n in made.node_tree.nodes if n.type == "BSDF_PRINCIPLED")
-    glass = {"Transmission Weight": 1.0, "Roughness": 0.0, "IOR": 1.5, "Base Color": (1, 1, 1, 1)}
-    for key, value in {**glass, **values}.items():
-        shader.inputs[key].default_value = value
-    return made
-
-
-def ball(name, *materials, smooth=True):
-    bpy.ops.mesh.primitive_uv_sphere_add(segments=16, ring_count=8, radius=0.3, location=(0, 0, 2))
-    made = bpy.context.object
-    made.name = name
-    made.data.polygons.foreach_set("use_smooth", [smooth] * len(made.data.polygons))
-    for one in materials:
-        made.data.materials.append(one)
-    return made
+from dapple.tests.blender.glass_things import ball, dry_floor, material, read
+from dapple.tests.blender.small_pool import add_grid
 
 
 @pytest.fixture
 def scene(empty_scene, tmp_path):
-    """A floor and a sun, no water."""
-    build_pool(empty_scene, tmp_path / "out")
-    bpy.data.objects.remove(bpy.data.objects["Water"])
-    return empty_scene
-
-
-def read(water=(), volume=None):
-    return read_scene(bpy.context.evaluated_depsgraph_get(), water, ("Floor",), TopologyCache(), volume)
+    return dry_floor(empty_scene, tmp_path)
 
 
 def test_glass_without_water_is_a_scene(scene):
@@ -195,46 +161,6 @@ def test_to_cast_without_a_material_that_does(scene):
     assert "'Stone' is to cast caustics, but no material of it refracts or mirrors" in warning
 
 
-def test_impossible_index_blocks_and_is_said(scene):
-    ball("Ball", material("Clear"))
-    ball("Bubble", material("Air", IOR=0.75))
-    found, (warning,) = read()
-    assert [o.name for o in found.occluders] == ["Bubble"]
-    assert "'Air' has IOR 0.75 and casts no caustics" in warning
-
-
-def test_an_objects_own_index_and_abbe_number_take_the_place_of_its_materials(scene):
-    clear = material("Clear")
-    ball("Ball", clear)
-    made = ball("Bubble", clear)
-    made.dapple.ior, made.dapple.abbe = 1.0, 55.3
-    found, warnings = read()
-    assert [(c.name, c.material.eta, c.material.abbe) for c in found.casters] == [("Ball", 1.5, 0), ("Bubble", 1, 55.3)]
-    assert warnings == []
-    ball("Cup", material("Silver", Metallic=1.0, **{"Transmission Weight": 0.0})).dapple.ior = 1.2
-    assert isinstance(read()[0].casters[2].material, Mirror)
-    bpy.data.objects["Cup"].dapple.ior = 0.0
-
-
-@pytest.mark.parametrize(
-    ("values", "said"),
-    [({"ior": 0.75}, "'Clear' has IOR 0.75 and casts no caustics"), ({"abbe": 0.5}, "impossible Abbe number 0.5")],
-)
-def test_an_objects_impossible_index_is_said(scene, values, said):
-    ball("Ball", material("Other"))
-    made = ball("Bubble", material("Clear"))
-    for name, value in values.items():
-        setattr(made.dapple, name, value)
-    found, (warning,) = read()
-    assert [o.name for o in found.occluders] == ["Bubble"] and said in warning
-
-
-def test_an_objects_index_saves_what_its_material_gets_wrong(scene):
-    ball("Bubble", material("Air", IOR=0.75)).dapple.ior = 1.0
-    found, warnings = read()
-    assert found.casters[0].material.eta == 1 and warnings == []
-
-
 def test_a_tube_without_ends_is_open_and_one_with_split_edges_is_closed(scene):
     for name, fill in (("Pipe", "NOTHING"), ("Rod", "NGON")):
         bpy.ops.mesh.primitive_cylinder_add(vertices=12, end_fill_type=fill, location=(0, 0, 2))
@@ -287,64 +213,3 @@ def test_names_of_casters(scene):
     ball("Lamp", material("Frosted", Roughness=0.3))
     ball("Sea", bpy.data.materials["Clear"])
     assert caster_names(bpy.context.evaluated_depsgraph_get(), {"Sea", "Floor"}) == ["Ball"]
-
-
-def box(size=1.0):
-    empty = bpy.data.objects.new("Box", None)
-    empty.empty_display_type, empty.empty_display_size = "CUBE", size
-    bpy.context.scene.collection.objects.link(empty)
-    return empty
-
-
-def test_volume_is_the_cube_that_is_drawn(scene):
-    ball("Ball", material("Clear"))
-    empty = box(0.5)
-    empty.location, empty.scale = (1, 2, 3), (2, 4, 6)
-    volume = read(volume=Bounds("Box", ("-Z", "+X")))[0].volume
-    corner = volume.matrix @ (1, 1, 1, 1)
-    np.testing.assert_allclose(corner, (2, 4, 6, 1))
-    np.testing.assert_allclose(volume.matrix @ (-1, -1, -1, 1), (0, 0, 0, 1), atol=1e-12)
-    assert volume.culling == (False, True, False, False, True, False)
-    assert read()[0].volume is None
-
-
-def test_volume_that_holds_no_glass_is_said(scene):
-    ball("Ball", material("Clear"))
-    empty = box()
-    empty.location = (0, 0, 2)
-    assert read(volume=Bounds("Box"))[1] == []
-    empty.location = (0, 0, 9)
-    (warning,) = read(volume=Bounds("Box"))[1]
-    assert "No glass or metal reaches into the caustics volume 'Box'" in warning
-
-
-@pytest.mark.parametrize("name", ["Box", "Ball", "Nothing"])
-def test_volume_that_is_none(scene, name):
-    ball("Ball", material("Clear"))
-    box().scale.y = 0.0
-    with pytest.raises(DappleError, match=f"The caustics volume '{name}' is (flat|no Empty)"):
-        read(volume=Bounds(name))
-
-
-def test_settings_reach_the_bake_and_the_record(scene, tmp_path, monkeypatch):
-    met = []
-
-    def solve(kernel_scene, texels, settings, kept):
-        met.append((kernel_scene, settings))
-        water = replace(kernel_scene.water, positions=np.zeros((1, 3)))  # whose height is known
-        return solve_by_height(replace(kernel_scene, water=water), texels, settings)
-
-    use_solver(monkeypatch, solve)
-    ball("Ball", material("Clear"))
-    scene.dapple.bounces, scene.dapple.volume, scene.dapple.culling = 3, box(), {"-Z"}
-    assert bpy.ops.dapple.bake_frame.poll()
-    list(bake(bpy.context, request_from_scene(scene, frames=(1,))))
-    ((kernel_scene, settings),) = met
-    assert settings.bounces == 3
-    assert kernel_scene.volume.culling == (False,) * 4 + (True, False)
-    known = json.loads((tmp_path / "out" / "bake.json").read_text())
-    assert known["water"] == []
-    assert known["volume"] == {"name": "Box", "culling": ["-Z"]}
-    (caster,) = known["frames"]["1"]["casters"]
-    assert caster["name"] == "Ball"
-    assert caster["glass"]["eta"] == 1.5
