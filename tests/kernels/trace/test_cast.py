@@ -152,6 +152,22 @@ def test_light_that_leaves_the_volume_by_a_culling_face_is_booked():
             assert received == pytest.approx(0.96 / 1.04, rel=1e-2)
 
 
+@pytest.mark.parametrize("lamp", [sun((0, 0, -1)), Point("Lamp", np.array([0.0, 0.0, 2.0]), np.ones(3))])
+def test_light_is_aimed_at_what_the_volume_holds(lamp):
+    """One ball of two: light sets out towards it alone, as if the other were not there."""
+    near, other = ball(0.1, (0.5, 0, 0.3), fine=12), ball(0.1, (-0.5, 0, 0.3), fine=12, name="Other")
+    matrix = np.diag([0.2, 0.2, 0.2, 1.0])
+    matrix[:3, 3] = 0.5, 0, 0.3
+
+    def aimed(casters, volume):
+        scene = Scene(no_water(), (floor(side=2.0),), (), (lamp,), casters=casters, volume=volume)
+        (cast,) = over_casters(scene, [rasterise(scene.receivers[0], 64)], Settings(resolution=64))
+        return (cast.entry.lit.area > 0).sum(), cast.entry.lit.area.sum()
+
+    bounded, alone, both = aimed((near, other), Volume(matrix)), aimed((near,), None), aimed((near, other), None)
+    assert bounded == pytest.approx(alone) and bounded[1] < 0.75 * both[1]
+
+
 def test_a_volume_that_holds_no_caster_lets_nothing_cast():
     away = np.eye(4)
     away[:3, 3] = 9.0

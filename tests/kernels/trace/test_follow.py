@@ -157,9 +157,19 @@ def test_more_meetings_than_bounces_are_not_followed():
     assert np.bincount(rays.photon, rays.share)[0] == pytest.approx(1, abs=1e-12)
 
 
+@pytest.mark.parametrize("bounces", [1, 2, 3, 4])
+def test_as_many_surfaces_are_met_as_bounces_say(bounces):
+    """Down through two plates, which takes four."""
+    where = scene(slab((-9, -9, 1), (9, 9, 2)), slab((-9, -9, -2), (9, 9, -1)))
+    rays, end = follow(where, [(0.1, 0.2, 9)], [(0, 0, -1)], bounces=bounces)
+    straight = (rays.code == 0b11111) & (end >= 0)
+    assert np.count_nonzero(straight) == (bounces == 4)
+    assert rays.met.max() == bounces and (rays.met[end == BEYOND] == bounces).all()
+
+
 def test_a_volume_ends_light_at_its_culling_faces_and_casters_outside_are_opaque():
     matrix = np.diag([2.0, 2.0, 2.0, 1.0])
-    where = scene(slab((-1, -1, -0.5), (1, 1, 0.5)), slab((-1, -1, -6), (1, 1, -5), name="Below"))
+    where = scene(slab((-1, -1, -0.5), (1, 1, 0.5)), slab((-1, -1, -2.5), (1, 1, -2.1), name="Below"))
     straight, down = [(0.1, 0.2, 9)], [(0, 0, -1)]
     _, end = follow(where, straight, down, word=0b111, box=Box(Volume(matrix)))
     assert list(end) == [BLOCKED]
