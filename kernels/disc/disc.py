@@ -25,7 +25,6 @@ from .wide import blur_wide
 # _MOST_RIM; of taking the mean of all waves for each, _MEAN_ERROR.
 _GRID_ERROR, _CHANGE, _RIM_ERROR, _MOST_RIM, _MEAN_ERROR = 2e-2, 0.07, 0.09, 0.05, 1.5e-4
 _GRAIN = 4  # cells along a texel, at most
-_LAMPS = 1.6  # times as much for the pieces of a lamp, on the waves of five_sines: 0.65 to 1.8 of that was seen
 _VARIED = 3.2  # variance of light over its squared mean, for the choice of the grid: 0.3 to that was seen
 _SHARE = 0.7  # of the tolerance, at most: finer cells cost more than beams that are split further
 _LEAST = 0.1  # texels: smaller ellipses change nothing
@@ -59,8 +58,6 @@ class Disc:
         varied = (1 + _VARIED) / lit_part - 1
         counts, axes = [m.shape[1] for m in self._moments], [_half_axes(m) for m in self._moments]
         self.grain, self._errors, own = _grid(axes, counts, _SHARE * tolerance / varied, finest)
-        if not isinstance(light, Sun):
-            self._errors, own = _LAMPS * self._errors, _LAMPS * own
         self.left = max(tolerance - varied * own, (1 - _SHARE) * tolerance)
 
     def doubt(self, light):

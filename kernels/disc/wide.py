@@ -1,7 +1,8 @@
 """Blur by ellipses of many texels, by Fourier transforms, one chart at a time.
 
-Light that would leave its chart stays where such light comes from, which keeps the energy and leaves even light nearly
-even. To throw it back, as for small ellipses, is worse where an ellipse is as large as its chart.
+A texel takes the mean of what its ellipse covers of the chart, so that even light stays even; what is then too much or
+too little, next to its borders, is made up for there. To throw light back, as for small ellipses, is worse where an
+ellipse is as large as its chart.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import numpy as np
 from .kernels import kernel, representatives
 
 _ROUNDING = 1e-13  # of all flux
+_LEAST = 1e-3  # of an ellipse, on its chart
 
 
 def blur_wide(flux, on, home, moments):
@@ -20,32 +22,33 @@ def blur_wide(flux, on, home, moments):
     """
     moments = moments[:, home[on]]
     inside = np.where(on, flux, 0.0)
-    kernels, sizes, parts = [], [], []
+    kernels, parts, evens = [], [], []
     for own, weight in representatives(moments):
-        kernels.append(kernel(own))
-        sizes.append(len(kernels[-1]))
-        kernels[-1] = _within(kernels[-1], max(flux.shape))
-        part = np.zeros(flux.shape)
-        part[on] = inside[on] * weight
+        kernels.append(_within(kernel(own), max(flux.shape)))
+        part, even = np.zeros((2, *flux.shape))
+        part[on], even[on] = inside[on] * weight, weight
         parts.append(part)
-    largest = kernels[int(np.argmax(sizes))]
-    blurred = on * _convolved(parts, kernels)
+        evens.append(even)
+    blurred, stays = _convolved(parts, kernels)[on], np.maximum(_convolved(evens, kernels)[on], _LEAST)
     blurred[blurred < _ROUNDING * inside.sum()] = 0  # what the transform leaves where no light is
-    return np.where(on, blurred + _kept(inside, on, moments, largest, inside.sum() - blurred.sum()), flux)
+    out = flux.copy()
+    out[on] = _whole(blurred / stays, np.maximum(1 - stays, 0), inside.sum())
+    return out
+
+
+def _whole(flux, beside, total):
+    """Flux (n,) of `total`, by more or less of what has light from beside the chart in it, as a share (n,)."""
+    margin = flux * beside
+    if not margin.sum() > 0:
+        return flux
+    more = (total - flux.sum()) / margin.sum()
+    return flux + more * margin if more >= -1 else flux * (total / flux.sum())
 
 
 def _within(shares, side):
     """The part of a kernel that joins two cells of an image with sides of up to `side` cells: the rest leaves it."""
     over = max(0, len(shares) // 2 - (side - 1))
     return shares[over : len(shares) - over, over : len(shares) - over].copy() if over else shares
-
-
-def _kept(inside, on, moments, largest, gone):
-    """Flux of which `gone` left the chart, where such light comes from: as the kernel of the largest ellipse tells, and
-    each one's own."""
-    leaves = inside * np.clip(1 - _convolved([on.astype(float)], [largest]), 0, 1)
-    leaves[on] *= np.sqrt(moments[0] + moments[1])
-    return leaves * (gone / leaves.sum()) if leaves.sum() > 0 else 0.0
 
 
 def _convolved(images, kernels):

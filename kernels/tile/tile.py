@@ -34,7 +34,7 @@ def solve(solve_plain, scene, texels, settings):
 def widened(scene, resolution):
     """(Scene, texels that its receiver is wider by on each side) that stand for a tile without an end."""
     if not all(isinstance(light, Sun) for light in scene.lights):
-        raise ValueError("a tileable map needs parallel light: leave suns only, no point and spot lamps")
+        raise ValueError("a tileable map needs parallel light: leave suns only, no other lamps")
     lattice = _tile(scene.receivers)
     own = lattice.coordinates(scene.water.positions)
     lands = [_displacements(scene, light, lattice) for light in scene.lights]

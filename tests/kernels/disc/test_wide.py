@@ -23,10 +23,22 @@ def test_the_blur_is_the_sum_over_all_pairs_of_cells(half):
         reach = padded[corner[0] : corner[0] + 11, corner[1] : corner[1] + 17]
         open_sum += flux[y, x] * reach
         even += reach
-    leaves = flux * np.clip(1 - even, 0, 1)
-    expected = open_sum + leaves * (flux.sum() - open_sum.sum()) / leaves.sum()
+    mean = open_sum / even
+    margin = mean * (1 - even)
+    expected = mean + margin * (flux.sum() - mean.sum()) / margin.sum()
     np.testing.assert_allclose(blurred, expected, rtol=1e-9)
     assert blurred.sum() == pytest.approx(flux.sum(), rel=1e-12)
+
+
+def test_even_light_stays_even_up_to_the_borders():
+    """On a chart of any form, under ellipses that differ from texel to texel."""
+    rows, columns = np.indices((20, 30))
+    on = (rows - 10) ** 2 + (columns - 12) ** 2 < 81
+    home = np.where(on, np.cumsum(on).reshape(on.shape) - 1, 0)
+    half = np.linspace(4.0, 9.0, on.sum())
+    moments = np.array([half**2, half**2 / 3, half**2 / 5]) / 4
+    blurred = wide.blur_wide(np.where(on, 2.5, 7.0), on, home, moments)
+    np.testing.assert_allclose(blurred, np.where(on, 2.5, 7.0), rtol=1e-9)
 
 
 def test_kernels_are_cut_to_what_joins_cells_of_the_chart():
