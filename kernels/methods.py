@@ -28,6 +28,7 @@ from .surface.share import Surface
 from .surface.smoothing import Smoothing
 from .terms import left_in
 from .tile import tile
+from .trace.steady import step
 from .walk import conic_walk
 
 METHODS = {
@@ -139,7 +140,7 @@ def _near_origin(scene, texels):
     if not len(positions):
         return scene, texels
     low, high = (np.array([reach(values) for values in positions.T]) for reach in (np.min, np.max))
-    middle = (low + high) / 2
+    middle = np.round((low + high) / 2 / step(low, high)) * step(low, high)  # it stays while things move a little
     if np.abs(middle).max() <= (high - low).max():
         return scene, texels
 

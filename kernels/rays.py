@@ -8,6 +8,8 @@ Where embreex has no wheel or does not load, `tree_rays.py` serves in its place;
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from .facets import used
@@ -23,6 +25,7 @@ else:
 
 _FAR = 1e30
 _SHORT_OF_LENGTH, _SHORT_OF_EXTENT = 2e-6, 2e-5  # float32 rounding of a ray's length and of the mesh
+_AT_EDGE = 1e-6  # of the way there: a hit so near an edge may be the neighbour's, by the order of the search
 
 
 class Tracer:
@@ -38,6 +41,7 @@ class Tracer:
         corners = (used(positions, triangles) if about is None else about).T.copy()
         low, high = corners.min(1), corners.max(1)
         self.centre, self.extent = (low + high) / 2, float(np.linalg.norm(high - low))
+        self._positions, self._triangles = positions, triangles
         self._scene = _scene(self._rounded(positions), np.ascontiguousarray(triangles, np.int32))
 
     def first(self, origins, directions):
@@ -45,6 +49,27 @@ class Tracer:
         if not self.count or not len(origins):
             return np.full(len(origins), MISS, np.int32)
         return self._scene.run(self._rounded(origins), _single(directions))
+
+    def hits(self, origins, directions):
+        """As `first`; how far (n,) float32 it is along unit directions, without end where nothing is met; and whether
+        (n,) that lies so near an edge that a search in another order might find another triangle. Only by embree."""
+        if not self.count or not len(origins):
+            none = len(origins)
+            return np.full(none, MISS, np.int32), np.full(none, np.inf, np.float32), np.zeros(none, bool)
+        directions = _single(directions)
+        found = self._scene.run(self._rounded(origins), directions, output=True)
+        triangle, u, v, far, across = (found[name] for name in ("primID", "u", "v", "tfar", "Ng"))
+        least = np.minimum(np.minimum(u, v), 1 - u - v)
+        least *= np.abs(sum(across[:, k] * directions[:, k] for k in range(3)))
+        longest = np.take(self._longest, triangle)
+        met = triangle != MISS
+        return triangle, np.where(met, far, np.float32(np.inf)), met & (least <= _AT_EDGE * (far + longest) * longest)
+
+    @cached_property
+    def _longest(self):
+        """The longest edge (T,) [m] of each triangle, float32."""
+        corners = self._positions[self._triangles]
+        return np.sqrt(((corners - np.roll(corners, 1, axis=1)) ** 2).sum(2).max(1)).astype(np.float32)
 
     def blocked(self, origins, directions, distances=np.inf):
         """Whether (n,) a triangle lies within `distances` along unit directions from origins.

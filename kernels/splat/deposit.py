@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..chance import uniform
 from .lander import DARK, LOST
 
 _NEAR = 4.0  # texels: so far apart may rays that agree land, if those about them do not, for light to lie between them
@@ -19,7 +20,6 @@ class Deposit:
         causes = (*LOST.values(), *self._rows.causes())
         self.lost = {cause: np.zeros(sheet.channels) for cause in causes}
         self.met, self.error = 0.0, 0.0
-        self._chance = np.random.default_rng(0)
 
     def spread(self, corners, area, flux=None):
         """Spread beams of area (n,) over the triangles of Nodes corners (3n,): first, second, third corners; flux (C,n)
@@ -46,7 +46,7 @@ class Deposit:
     def look(self, nodes, corner, area, shade):
         """Land beams corner (3,n) of area (n,), none of whose rays lands, by one point in each, anywhere: on the whole
         that is what hides there."""
-        first, second = self._chance.random((2, len(area)))
+        first, second = uniform(0, *sum(np.take(nodes.m, c, axis=1) for c in corner))
         out = first + second > 1
         first, second = np.where(out, 1 - first, first), np.where(out, 1 - second, second)
         shares = 1 - first - second, first, second

@@ -11,16 +11,13 @@ from ..rays import MISS
 from ..splat.lander import BACK, BEYOND, CULLED, FAINT, MISSED, OCCLUDED, OTHER, UNLIT, Nodes
 from . import follow
 from .codes import Codes
-from .entry import BLOCK
 
-_ENDS = np.full(6, OCCLUDED)  # charts, from the end, of what is no triangle; the first is of all triangles
+_ENDS = np.full(8, OCCLUDED)  # charts, from the end, of what ends on none
 _ENDS[[MISS, follow.BEYOND, follow.CULLED, follow.BLOCKED, follow.FAINT]] = MISSED, BEYOND, CULLED, OCCLUDED, FAINT
+_ENDS[BACK] = BACK
 _PATHS = 1 << 20  # charts times paths that have numbers of their own, at most
 _ASKED = 1 << 17  # points at once
 _STRICT = 1e-3  # of tolerances: one that is less asks for finer parts
-_PLACE = 24  # bits of a point's place, eight for each axis
-_POINT = 1e-200  # m: what is no larger is one place
-_SPREAD = sum(((np.arange(256) >> k & 1) << 3 * k for k in range(8)), np.int64(0)).astype(np.uint64)  # bits, apart
 
 
 class Rows:
@@ -78,41 +75,31 @@ class CodeLander:
 
     def _land(self, m, n, number):
         """As `land`, of one block."""
-        order, starts, own = _alike(m)
+        key = self._cast.entry.keys(m)
+        order, starts, own = _alike(key)
         first = order[starts]
         want = np.bitwise_or.reduceat(np.left_shift(1, number[order]), starts) if len(order) else first
+        ways = self._cast.follow_codes(m[:, first], key[first], self._codes, want)
         record = np.zeros((len(first), len(self._codes.words)), np.int32)  # 0 for what does not come
-        columns, count = [_none(self.rows.total)], 1
-        for start in range(0, len(first), BLOCK):
-            for point, code, *found in self._follow(m[:, first[start : start + BLOCK]], want[start : start + BLOCK]):
-                record[start + point, code] = np.arange(count, count + len(point))
-                columns.append(found)
-                count += len(point)
-        chart, x, y, spread, carried = (np.concatenate(part, axis=-1) for part in zip(*columns, strict=True))
+        record[ways.photon, ways.code] = np.arange(1, len(ways.code) + 1)
+        columns = zip(_none(self.rows.total), self._found(m[:, first], ways), strict=True)
+        chart, x, y, spread, carried = (np.concatenate(part, axis=-1) for part in columns)
         at = record.ravel().take(own * record.shape[1] + number)
         chart, carried = np.take(chart, at), np.take(carried, at, axis=1)
         chart[(at == 0) & (self._cast.met(m) == 0)] = UNLIT
         return Nodes(m, n, chart, *(np.take(v, at) for v in (x, y, spread)), carried)
 
-    def _follow(self, m, want):
-        """Yield points (k,), numbers of codes (k,), and chart, x, y, spread (k,) and carried (R,k) of what arrives from
-        points m (3,n) that ask for codes want (n,)."""
-        rays, met = self._cast.start(m)
-        for ended, end in self._cast.ends(rays, self._codes, want):
-            passed = ended.share * met[ended.photon]
-            chart, spread = _ENDS[np.minimum(end, 0)], np.ones(len(end))
-            (x, y), carried = np.zeros((2, len(end))), np.tile(passed, (self.rows.total, 1))
-            landed = self._cast.landed(ended, end)
-            at = landed.ray
-            chart[at], x[at], y[at] = self._sheets(landed), landed.x, landed.y
-            carried[: self.rows.count, at] *= landed.colour
-            spread[at] = self._cast.spreads(m[:, landed.photon], landed.way)
-            yield ended.photon, np.take(self._codes.number, ended.code), chart, x, y, spread, carried
-
-    def _sheets(self, landed):
-        """Charts (k,) of Landed rays, with a number of their path; BACK stays."""
-        number = (landed.path >> 20) % self._most
-        return np.where(landed.chart == BACK, BACK, landed.chart + len(self._cast.arrivals.image) * number)
+    def _found(self, m, ways):
+        """chart, x, y, spread (k,) and carried (R,k) of Ways of points m (3,n)."""
+        landed = ways.chart >= 0
+        number = (ways.path >> 20) % self._most
+        chart = np.where(landed, ways.chart + len(self._cast.arrivals.image) * number, _ENDS[np.minimum(ways.chart, 0)])
+        carried = np.tile(ways.share * np.take(self._cast.met(m), ways.photon), (self.rows.total, 1))
+        carried[: self.rows.count] *= ways.colour
+        spread = np.ones(len(chart))
+        at = np.flatnonzero(landed | (ways.chart == BACK))
+        spread[at] = self._cast.spreads(np.take(m, ways.photon[at], axis=1), ways.way[at])
+        return chart, ways.x, ways.y, spread, carried
 
 
 def _none(rows):
@@ -121,29 +108,12 @@ def _none(rows):
     return np.full(1, OTHER), zero, zero, np.ones(1), np.zeros((rows, 1))
 
 
-def _alike(m):
-    """An order (k,) of points m (3,k) in which those that are the same follow each other, and those near each other,
-    so that their rays meet the same; where in it (u,) each other one starts, and which (k,) of these each point is."""
-    key = np.zeros(m.shape[1], np.uint64)
-    for row in m:
-        key ^= np.ascontiguousarray(row).view(np.uint64)
-        key ^= key >> np.uint64(32)
-        key *= np.uint64(0x9E3779B97F4A7C15)
-        key ^= key >> np.uint64(29)
-    key >>= np.uint64(_PLACE)
-    key |= _place(m) << np.uint64(64 - _PLACE)
+def _alike(key):
+    """An order (k,) of points of keys (k,) in which those that are the same follow each other, and those near each
+    other, so that their rays meet the same; where in it (u,) each other one starts, and which (k,) of these each is."""
     order = np.argsort(key)
     ordered = key[order]
     new = np.concatenate([[True], ordered[1:] != ordered[:-1]])[: len(key)]
     own = np.empty(len(key), np.int64)
     own[order] = np.cumsum(new) - 1
     return order, np.flatnonzero(new), own
-
-
-def _place(m):
-    """Numbers (k,) of _PLACE bits of the places of points m (3,k), along Morton's curve."""
-    if not m.size:
-        return np.zeros(0, np.uint64)
-    low, extent = m.min(1)[:, None], np.ptp(m, axis=1).max()
-    cell = ((m - low) * (255 / extent if extent > _POINT else 0.0)).astype(np.int64)
-    return sum(np.take(_SPREAD << np.uint64(k), cell[k]) for k in range(3))

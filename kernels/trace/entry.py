@@ -3,8 +3,6 @@
 The cells are those on which something that is looked for may lie, as the light sees it. They are handed on as if they
 were water that bends nothing, so that beams and points start on them as on water. They lie on a lattice that stays
 where it is from frame to frame, so that what does not move is met by the same rays.
-
-[1] Steele, Lea & Flood 2014, Fast splittable pseudorandom number generators, OOPSLA.
 """
 
 from __future__ import annotations
@@ -13,21 +11,24 @@ from copy import copy
 
 import numpy as np
 
+from ..chance import uniform
 from ..halfedges import build_twins
 from ..lit_water import cut_behind, in_perspective, light_water
 from ..maps.uv_raster import touching
 from ..optics import sun_frame
 from ..scene import Sun, Water
-from .steady import bounds, no_larger
+from .places import keys
+from .steady import no_larger, step
 
 BLOCK = 1 << 16  # points at once: enough that a call costs more than its start even when few of them go on
 _APART = 1 << 20  # more columns than a plane has cells
 _TINY = np.finfo(float).tiny
-_GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 _NEAR = 1e-6  # of the farthest point: what is nearer to the lamp than that is not looked for
 _LEAST = 1e-9  # of how far off it is: the size of a cell
 CELLS = 32, 256  # along the longer side of a plane, at least and at most
+_PARTS = 16  # of a step of the bounds: places of points
 _ABOVE = 1e-3  # of the extent: how far above everything a sun's light sets out
+_ABOVE_STEPS = 1 / 16  # of a step of all there is: what that is rounded up to
 _ASIDE = 1 / np.pi  # of a cell: edges of what is modelled at round numbers lie on no edge of cells
 
 
@@ -44,12 +45,15 @@ class Entry:
             frame = sun_frame(light.direction)
             local = everything @ frame.T
             low, high = local.min(0), local.max(0)
-            top = bounds(low, high + _ABOVE * (high - low).max())[1][2]
+            fine = step(low, high) * _ABOVE_STEPS
+            top = np.ceil((high[2] + _ABOVE * (high - low).max()) / fine) * fine
             views = [(frame, (soup @ frame.T)[:, :, :2], np.array([0, 0, top]), np.inf)]
         else:
             views = [(f, _seen(light.position, soup, f), f @ light.position - [0, 0, 1], 1.0) for f in _cube()]
         apart = None if isinstance(light, Sun) or not len(soup) else np.ptp(soup, axis=(0, 1)).max()
         self._settle(light, [_Face(*view, width, apart) for view in views if len(view[1])])
+        at = self.lit.points if len(self.lit.points) else np.zeros((1, 3))
+        self._part = step(at.min(0), at.max(0)) / _PARTS
 
     def _settle(self, light, faces):
         self._light, self._faces = light, faces
@@ -64,6 +68,10 @@ class Entry:
         )
         twins = build_twins(triangles)
         self.lit = light_water(Water("Entry", positions, triangles, normals, triangles, twins), light)
+
+    def keys(self, m):
+        """Numbers (k,) of points m (3,k), see `places.keys`, that stay the same while things move."""
+        return keys(m, self._part)
 
     def around(self, values):
         """Sums (n,) of values (n,), numbers or bools, over each cell and its eight neighbours."""
@@ -104,26 +112,9 @@ def points(lit, side, place, seed):
             block = group[start : start + step]
             a, b, c = (np.take(lit.points, lit.triangles[2 * block, j], axis=0).T[:, :, None] for j in range(3))
             stratum = place[:, block, None] * k + inner
-            u, v = (inner + _jitter(stratum, k, seed)) / k
+            u, v = (inner + uniform(seed, np.full((1, 1), k), *stratum)) / k
             m = (a + u * (b - a) + v * (c - b)).reshape(3, -1)
             yield np.repeat(block, k * k), stratum.reshape(2, -1), m, np.repeat(area[block] / (k * k), k * k)
-
-
-def _jitter(stratum, k, seed):
-    """Two numbers (2,...) from 0 to 1 of each of strata (2,...) of cells with k points along their side, as if by
-    chance."""
-    mixed = np.full((1,) * (stratum.ndim - 1), seed, np.uint64)
-    for part in (np.uint64(k), *stratum.astype(np.uint64)):
-        mixed = _mixed(mixed * _GOLDEN ^ part)
-    return np.stack([_mixed(mixed + np.uint64(n)) >> np.uint64(11) for n in (1, 2)]) * 2.0**-53
-
-
-def _mixed(number):
-    """The finish of SplitMix64 [1], of numbers uint64."""
-    for shift, factor in ((30, 0xBF58476D1CE4E5B9), (27, 0x94D049BB133111EB)):
-        number = number ^ number >> np.uint64(shift)
-        number *= np.uint64(factor)
-    return number ^ number >> np.uint64(31)
 
 
 def _areas(lit):

@@ -74,12 +74,12 @@ class Follower:
         self._within = box is not None and surfaces.lie_in(box)
         self.cast = 0
 
-    def ends(self, rays, codes=None, want=None):
+    def ends(self, rays, codes=None, want=None, trail=None):
         """Yield (Rays, what they end on (k,)) of rays that met a caster: a triangle of a receiver or an occluder, or
         one of MISS, BEYOND, FAINT, CULLED, BLOCKED.
 
         codes: follow those of these Codes that want (k,) asks for, all if it is None; what has another one ends
-        untold.
+        untold. trail: a `trail.Trail` that is told of all rays.
         """
         if codes is not None:
             want = np.array(codes.every()) if want is None else want
@@ -88,7 +88,11 @@ class Follower:
             if not len(rays.photon):
                 return
             self.cast += len(rays.photon)
-            end = self.surfaces.first(rays)
+            if trail is None:
+                end = self.surfaces.first(rays)
+            else:
+                end, *where = self.surfaces.hits(rays)
+                trail.add(rays, end, *where)
             final = end < self.surfaces.solid
             if self.box is not None:
                 self._bound(rays, end, final)

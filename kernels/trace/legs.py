@@ -34,7 +34,7 @@ class Legs:
     def __init__(self, meshes, tracer, bends, facet):
         self._meshes, self._tracer, self._within = meshes, tracer, {}
         self._base = np.cumsum([0, *(len(mesh.triangles) for mesh in meshes)])
-        first = self._base[bends]
+        self._first = first = self._base[bends]
         self.left, self.steep = np.zeros((self._base[-1] - first, 2), np.int16), np.full(self._base[-1] - first, -2.0)
         flat = [parts(mesh, base) for mesh, base in zip(meshes, self._base, strict=False)]
         self._boxes = [(m, *_box(meshes[m])) for m in range(len(meshes)) if flat[m] is None]
@@ -59,20 +59,35 @@ class Legs:
         self.known, self.dented = bool(self.left.any()), bool((self.steep > 0).any())
         self.left = self.left.ravel()
 
+    def mark(self, m):
+        """By what light is known that leaves mesh m: it changes if another mesh comes into its box, or leaves it."""
+        own = self.left.reshape(-1, 2)[self._base[m] - self._first : self._base[m + 1] - self._first]
+        return own[0].tolist() if len(own) else []
+
     def first(self, start, direction, left):
         """The first triangle (k,) that rays from starts along directions (3,k) meet, MISS for none, which left (k,)
         what they are marked with; one number for all where nothing is marked."""
+        return self._found(start, direction, left, _first)[0]
+
+    def hits(self, start, direction, left):
+        """As `first`; how far (k,) it is to there; and whether (k,) it may be another one, see `Tracer.hits`: planes
+        tell one only, and so does a mesh that is alone."""
+        return self._found(start, direction, left, _hits)
+
+    def _found(self, start, direction, left, cast):
+        """What `cast` gives, each (k,), by ways that cast fewer rays."""
         if not self.known or not left.ndim:
-            return self._tracer.first(start.T, direction.T)
-        end = np.empty(len(left), np.int32)
+            return cast(self._tracer, start, direction)
+        found = np.empty(len(left), np.int32), np.empty(len(left)), np.empty(len(left), bool)
         for at, leg in ((chosen(left > 0), self._outside), (chosen(left < 0), self._inside), (chosen(left == 0), None)):
             if some(at):
                 way = pick(start, at), pick(direction, at)
-                end[at] = self._tracer.first(*(v.T for v in way)) if leg is None else leg(*way, pick(left, at))
-        return end
+                own = cast(self._tracer, *way) if leg is None else leg(*way, pick(left, at), cast)
+                _put(found, at, own)
+        return found
 
-    def _outside(self, start, direction, left):
-        """As `first`, of what left convex bodies."""
+    def _outside(self, start, direction, left, cast):
+        """As `_found`, of what left convex bodies."""
         end, far = self._flats.first(start, direction)
         near = np.zeros(len(left), bool)
         inverse = 1 / np.where(direction == 0, _TINY, direction)
@@ -81,26 +96,26 @@ class Legs:
             if others.any():
                 others &= _crosses(low, high, start, inverse, far)
                 near |= others
-        return self._sought(end, near, start, direction)
+        return self._sought((end, far, np.zeros(len(end), bool)), near, start, direction, cast)
 
-    def _inside(self, start, direction, left):
-        """As `first`, of what is in convex bodies alone."""
-        end = np.empty(len(left), np.int32)
+    def _inside(self, start, direction, left, cast):
+        """As `_found`, of what is in convex bodies alone."""
+        found = np.empty(len(left), np.int32), np.empty(len(left)), np.zeros(len(left), bool)
         for m in self._within:
             at = chosen(left == -m - 1)
             if some(at):
                 tracer, back = self._tracer_of(m), -pick(direction, at)
-                found = tracer.first((pick(start, at) - tracer.extent * back).T, back.T)
-                found[found != MISS] += self._base[m]
-                end[at] = found
-        return self._sought(end, end == MISS, start, direction)
+                end, *far = cast(tracer, pick(start, at) - tracer.extent * back, back)[:2]
+                end[end != MISS] += self._base[m]
+                _put(found, at, (end, *(tracer.extent - distance for distance in far)))
+        return self._sought(found, found[0] == MISS, start, direction, cast)
 
-    def _sought(self, end, again, start, direction):
-        """What rays end on, (k,), with those `again` (k,) cast among everything."""
+    def _sought(self, found, again, start, direction, cast):
+        """What is found of rays, with those `again` (k,) cast among everything."""
         at = chosen(again)
         if some(at):
-            end[at] = self._tracer.first(*(pick(v, at).T for v in (start, direction)))
-        return end
+            _put(found, at, cast(self._tracer, pick(start, at), pick(direction, at)))
+        return found
 
     def _tracer_of(self, m):
         """The Tracer over mesh m alone."""
@@ -113,6 +128,20 @@ class Legs:
         low, high = _box(self._meshes[m], 0.0)
         boxes = (_box(self._meshes[k], 0.0) for k in others if k != m and len(self._meshes[k].triangles))
         return any((other_low < high).all() and (other_high > low).all() for other_low, other_high in boxes)
+
+
+def _first(tracer, start, direction):
+    return (tracer.first(start.T, direction.T),)
+
+
+def _hits(tracer, start, direction):
+    return tracer.hits(start.T, direction.T)
+
+
+def _put(found, at, own):
+    """Put what is own (n,) of a part `at` where it belongs of what is found (k,)."""
+    for whole, part in zip(found, own, strict=False):
+        whole[at] = part
 
 
 def _box(mesh, wider=_WIDER):

@@ -73,6 +73,7 @@ def _look(cast, level, near):
             photon = ended.photon
             if level < cast.finer:
                 near[cell[photon[cast.passes(ended, end, m[:, photon], ALONG**2 * area[photon])]]] = True
-            across = cast.across(m[:, photon], area[photon], ended, end)
+            gone = cast.gone(ended, end) if cast.finer else np.zeros(len(end))
+            across = cast.across(m[:, photon], area[photon], gone)
             found = Found(ended, end, np.take(area * met, photon), cell[photon], stratum[:, photon], across)
             yield found.take(chosen(cast.counts(end)))

@@ -92,7 +92,8 @@ class Spread:
     def _land_found(self, found, *level):
         """Land a part of what was found by cells of a level, if they are not the last."""
         apart = [np.full(len(found.end), 1 + k) for k in level]
-        self._land(found.rays, found.end, found.flux, found.stratum, found.across, found.rays.code, *apart)
+        ways = self._cast.ways(found.rays, found.end)
+        self._land(ways, found.flux, found.stratum, found.across, ways.code, *apart)
 
     def _land_more(self, pilot):
         """Land more points where light is rough."""
@@ -100,17 +101,15 @@ class Spread:
         side, words, want = pilot.points()
         codes = Codes(words)
         for cell, stratum, m, area in points(cast.water, side, cast.entry.place, self._settings.seed):
-            rays, met = cast.start(m)
-            for ended, end in cast.ends(rays, codes, want[cell]):
-                at = ended.photon
-                across = cast.across(m[:, at], area[at], ended, end)
-                way = np.take(codes.number, ended.code), side[cell[at]]
-                self._land(ended, end, np.take(area * met, at), stratum[:, at], across, *way)
+            ways = cast.follow_codes(m, cast.entry.keys(m), codes, want[cell])
+            at = ways.photon
+            across = cast.across(m[:, at], area[at], ways.way)
+            self._land(ways, np.take(area * cast.met(m), at), stratum[:, at], across, ways.code, side[cell[at]])
 
-    def _land(self, rays, end, flux, stratum, across, *way):
-        """Scatter points of flux (k,) and strata (2,k), as wide as across (k,) [m], that end as Rays on `end` (k,)."""
-        landed, arrives = self._cast.book(rays, end, flux)
-        at = landed.ray
+    def _land(self, ways, flux, stratum, across, *way):
+        """Scatter Ways of photons of flux (k,) and strata (2,k), as wide as across (k,) [m]."""
+        landed, arrives = self._cast.book(ways, flux)
+        at = np.flatnonzero(ways.chart >= 0)
         stratum = stratum[:, at]
         wide = across[at] / np.sqrt(self._cast.texel_area[self._cast.arrivals.image[landed.chart]])
         key = keys(stratum, *(np.take(part, at) for part in way), landed.path, landed.chart)

@@ -65,7 +65,7 @@ def _way(caster, texels):
 
 class DiscCast(Followed):
     """As `cast.Cast`, of a light with a size, in `count` directions of a Sun's disc or from as many places on a Piece,
-    for beams; make: (light, tolerance) -> its Cast."""
+    for beams; make: (light, tolerance, number) -> its Cast."""
 
     def __init__(self, light, count, make, settings):
         self._light, self._count, self._make, self._settings = light, count, make, settings
@@ -108,8 +108,8 @@ class DiscCast(Followed):
     def _casts(self, count, rng, tolerance):
         """Casts of `count` lights that share it."""
         power = "irradiance" if isinstance(self._light, Sun) else "intensity"
-        for part in within_disc(self._light, count, rng):
-            cast = self._make(replace(part, **{power: np.asarray(getattr(part, power)) / count}), tolerance)
+        for k, part in enumerate(within_disc(self._light, count, rng)):
+            cast = self._make(replace(part, **{power: np.asarray(getattr(part, power)) / count}), tolerance, k)
             cast.strays = self.strays
             yield cast
 

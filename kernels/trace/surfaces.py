@@ -18,10 +18,12 @@ from .crossings import Crossings
 from .legs import Legs
 from .media import Media, outside
 from .receded import receded
+from .steady import bounds
 
 _OFF = 2e-6  # of the extent: how far off a surface rays start, so that float32 does not find what they leave
 _ALIKE = 1 << 18  # to the unit: normals that round to the same are one
 _TINY = np.finfo(float).tiny
+_APART = 1 << 32  # more patches than a mesh has: how many one has changes no number of another's
 
 
 class Surfaces:
@@ -42,9 +44,11 @@ class Surfaces:
         self.receiving = sum(len(r.triangles) for r in scene.receivers)
         self.solid = self.receiving + sum(len(o.triangles) for o in scene.occluders)
         corners = used(*soup((*scene.receivers, *meshes)))  # what only blocks may be miles away
-        self.off = _OFF * np.linalg.norm(np.ptp(corners, axis=0)) if len(corners) else 0.0
+        about = np.array(bounds(corners.min(0), corners.max(0)) if len(corners) else np.zeros((2, 3)))
+        self.off = _OFF * np.linalg.norm(about[1] - about[0])
         solid = (*receded(scene, self.off), *scene.occluders)
-        self.tracer = Tracer(*soup((*solid, *meshes)), corners)
+        self.meshes = (*solid, *meshes)
+        self.tracer = Tracer(*soup(self.meshes), about)
         self.water = self.solid + sum(len(c.triangles) for c in scene.casters)
         self._tabulate_materials(scene, np.asarray(power, float))
         soups = [s.positions[s.triangles] for s in (*scene.receivers, *scene.occluders)]
@@ -87,6 +91,10 @@ class Surfaces:
     def first(self, rays):
         """The first triangle (k,) that Rays meet, MISS for none."""
         return self.legs.first(rays.start, rays.direction, rays.left)
+
+    def hits(self, rays):
+        """As `first`; how far (k,) it is to there; and whether (k,) it may be another one, see `rays.Tracer.hits`."""
+        return self.legs.hits(rays.start, rays.direction, rays.left)
 
     def met(self, origin, direction, triangle):
         """Where rays from origins along directions (3,k) meet bending triangles (k,), numbered from 0: points (3,k),
@@ -165,15 +173,13 @@ def _planes(soup):
 
 def _patches(meshes):
     """A number (T,) for each smooth patch of the meshes: triangles that share corners of one normal."""
-    numbers, base = [], 0
-    for mesh in meshes:
+    numbers = []
+    for k, mesh in enumerate(meshes):
         rounded = np.rint(mesh.normals * _ALIKE).astype(np.int64) + 2 * _ALIKE
         _, normal = np.unique(
             (rounded[:, 0] * 4 * _ALIKE + rounded[:, 1]) * 4 * _ALIKE + rounded[:, 2], return_inverse=True
         )
         keys = mesh.triangles.astype(np.int64) * (len(mesh.normals) + 1) + normal.reshape(-1)[mesh.normal_triangles]
         _, corner = np.unique(keys, return_inverse=True)
-        own = patches(corner.reshape(-1, 3)) + base
-        numbers.append(own)
-        base = own.max(initial=base - 1) + 1
+        numbers.append(patches(corner.reshape(-1, 3)) + k * _APART)
     return np.concatenate(numbers)

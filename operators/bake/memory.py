@@ -13,6 +13,7 @@ from ...kernels.maps.shelves import count_sheets
 # each triangle of it.
 _BASE, _TEXEL, _POWER, _TRIANGLE, _RECEIVER = 57e6, 6970.0, 0.8, 200.0, 1000.0
 _CASTING, _CAST = 200e6, 0.043
+_WAYS, _WAY = 500e6, 8000.0  # ways of light that are kept from frame to frame: at most, and for each texel
 _FINER = 58.0  # triangles of the smooth water, times the square root of texels of one map over tolerance
 _SHARE = 0.8  # of the memory that is free
 
@@ -27,7 +28,7 @@ def memory_per_worker(water, casters, receivers, sizes, settings):
     texels = max(sizes, default=0) ** 2
     finer = _FINER * (texels / settings.tolerance) ** 0.5 if water and settings.surface == "auto" else 0.0
     texels *= count_sheets(sizes)
-    over = _CASTING + _CAST * texels * casters if casters else 0.0
+    over = _CASTING + _CAST * texels * casters + min(_WAYS, _WAY * texels) if casters else 0.0
     meshes = _TRIANGLE * max(water, finer) + _RECEIVER * receivers
     return _BASE + _TEXEL * texels**_POWER + meshes + over
 

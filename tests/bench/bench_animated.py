@@ -1,7 +1,8 @@
 """What frames of an animated scene with glass cost, with what is kept of the frame before and without.
 
 Run as `.venv/bin/python tests/bench/bench_animated.py`; it pins itself to one core and prints the tables of
-docs/glass_and_metal.md. glass.blend gets a second lamp; frames with a Kept and without alternate.
+docs/glass_and_metal.md. For the first two changes glass.blend gets a second lamp; frames with a Kept and without
+alternate.
 """
 
 from __future__ import annotations
@@ -14,8 +15,9 @@ from dataclasses import replace
 
 from bench_stages import Table, load_dapple
 
-RESOLUTION, FRAMES = 256, 5
+RESOLUTION, FRAMES = 256, 3
 _POINTS = 60_000  # of the sun's, that are followed to see what they meet
+_STEP, _TURN = 0.02, 0.05  # from frame to frame: m, rad
 
 
 def scenes():
@@ -25,27 +27,61 @@ def scenes():
 
     from dapple.kernels.scene import Point
 
-    first = read("glass", 1)
-    sun, lamp = first.lights[0], Point("Lamp", np.array([-0.5, 0.4, 1.0]), np.full(3, 0.5))
-    both = replace(first, lights=(sun, lamp))
-    later = [read("glass", 1 + k) for k in range(FRAMES)]
+    glass, room = read("glass", 1), read("mirror_room", 1)
+    sun, lamp = glass.lights[0], Point("Lamp", np.array([-0.5, 0.4, 1.0]), np.full(3, 0.5))
+    both = replace(glass, lights=(sun, lamp))
     return {
         "the lamp moves": [replace(both, lights=(sun, _moved(lamp, k))) for k in range(FRAMES)],
         "the sun fades": [replace(both, lights=(_dimmed(sun, k), lamp)) for k in range(FRAMES)],
-        "the diamond turns": [replace(one, lights=(sun, lamp)) for one in later],
+        "the ring moves": [_with(glass, "Ring", _shifted, k) for k in range(FRAMES)],
+        "the ball moves": [_with(glass, "Ball", _shifted, k) for k in range(FRAMES)],
+        "the diamond turns": [read("glass", 1 + k) for k in range(FRAMES)],
+        "Suzanne turns": [_with(glass, "Suzanne", _turned, k) for k in range(FRAMES)],
+        "the star turns, in mirror_room.blend": [_with(room, "Star", _turned, k) for k in range(FRAMES)],
+        "lamp and star move, in mirror_room.blend": [read("mirror_room", 1 + k) for k in range(FRAMES)],
+        "the water moves, a glass ball stands on the rim of pool.blend": _beside_water(),
     }
 
 
+def _beside_water():
+    """Frames of pool.blend with a ball of glass on its rim."""
+    from bench.sample_scenes import read
+    from casters import ball
+
+    still = ball(0.12, (2.1, 0.3, 1.88), fine=64)
+    return [replace(read("pool", 1 + k), casters=(still,)) for k in range(FRAMES)]
+
+
+def _with(scene, name, change, k):
+    return replace(scene, casters=tuple(change(c, k) if c.name == name else c for c in scene.casters))
+
+
+def _shifted(caster, k):
+    import numpy as np
+
+    return replace(caster, positions=caster.positions + np.array([_STEP * k, 0, 0]))
+
+
+def _turned(caster, k):
+    import numpy as np
+
+    c, s = np.cos(_TURN * k), np.sin(_TURN * k)
+    turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]).T
+    middle = (caster.positions.min(0) + caster.positions.max(0)) / 2
+    return replace(caster, positions=(caster.positions - middle) @ turn + middle, normals=caster.normals @ turn)
+
+
 def _moved(lamp, k):
-    return replace(lamp, position=lamp.position + 0.02 * k)
+    return replace(lamp, position=lamp.position + _STEP * k)
 
 
 def _dimmed(sun, k):
     return replace(sun, irradiance=sun.irradiance * 0.9**k)
 
 
-def seconds_of(frames):
-    """Median CPU seconds of the frames after the first, alone and with what is kept, and that they are the same."""
+def measured(frames):
+    """Of the frames after the first the median CPU seconds, alone and with what is kept, and the share of rays that
+    are cast with it; that the light is the same is checked."""
     from dapple.kernels.anchor import Anchor, Kept
     from dapple.kernels.maps.texels import rasterise
     from dapple.kernels.methods import solve
@@ -53,15 +89,39 @@ def seconds_of(frames):
 
     texels = tuple(rasterise(receiver, RESOLUTION) for receiver in frames[0].receivers)
     settings, kept = Settings("photon_splat", resolution=RESOLUTION), Kept(Anchor())
-    spent, images = ([], []), [[], []]
+    spent, rays, images = ([], []), ([], []), [[], []]
     for frame in frames:
-        for k, own in enumerate((Kept(Anchor()), kept)):
-            start = time.process_time()
-            images[k] = solve(frame, texels, settings, own).images
-            spent[k].append(time.process_time() - start)
+        for k, own in enumerate((None, kept)):
+            with Counted() as counted:
+                start = time.process_time()
+                images[k] = solve(frame, texels, settings, own).images
+                spent[k].append(time.process_time() - start)
+            rays[k].append(counted.rays())
         same = all((a == b).all() for a, b in zip(*images, strict=True))
         assert same, "the light is not the same"
-    return [statistics.median(times[1:]) for times in spent]
+    return *(statistics.median(times[1:]) for times in spent), sum(rays[1][1:]) / max(sum(rays[0][1:]), 1)
+
+
+class Counted:
+    """Counts the rays that are cast over casters while it is entered."""
+
+    def __enter__(self):
+        from dapple.kernels.trace.follow import Follower
+
+        self._class, self._made, self._followers = Follower, Follower.__init__, []
+
+        def make(follower, *given):
+            self._made(follower, *given)
+            self._followers.append(follower)
+
+        Follower.__init__ = make
+        return self
+
+    def __exit__(self, *_):
+        self._class.__init__ = self._made
+
+    def rays(self):
+        return sum(follower.cast for follower in self._followers)
 
 
 class Seen:
@@ -113,10 +173,10 @@ def main():
     table.head("of the points on", *(f"meet {name}" for name in names))
     for name, shares in zip(names, meetings(first), strict=True):
         table.add(name, *(f"{share:.1%}" for share in shares))
-    table.head("what changes", "CPU of a frame [s]", "with what is kept [s]", "ratio")
+    table.head("what changes", "CPU of a frame [s]", "with what is kept [s]", "ratio", "rays cast")
     for name, own in frames.items():
-        alone, kept = seconds_of(own)
-        table.add(name, f"{alone:.2f}", f"{kept:.2f}", f"{alone / kept:.1f}")
+        alone, kept, share = measured(own)
+        table.add(name, f"{alone:.2f}", f"{kept:.2f}", f"{alone / kept:.2f}", f"{share:.0%}")
 
 
 if __name__ == "__main__":

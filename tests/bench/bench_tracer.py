@@ -103,7 +103,7 @@ def _followed(cast, word):
         for _, _, m, area in points(cast.water, evenly(cast.water, _POINTS), cast.entry.place, 0):
             rays, met = cast.start(m)
             for ended, end in cast.follower.ends(rays, codes):
-                landed, arrives = cast.book(ended, end, np.take(area * met, ended.photon))
+                landed, arrives = cast.book(cast.ways(ended, end, codes), np.take(area * met, ended.photon))
                 cast.bins.add(cast.arrivals.texel(landed), arrives)
                 photons += len(end)
         cast.bins.take()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from waves import floor
 
-from dapple.kernels.rays import MISS, Tracer, soup
+from dapple.kernels.rays import MISS, SLOW, Tracer, soup
 
 
 @pytest.mark.parametrize("far", [0.0, 1e5, 1e7])
@@ -39,3 +39,21 @@ def test_nothing_to_hit():
     tracer = Tracer(*soup(()))
     assert tracer.first(np.zeros((2, 3)), np.ones((2, 3))).tolist() == [MISS, MISS]
     assert not tracer.blocked(np.zeros((2, 3)), np.ones((2, 3))).any()
+
+
+@pytest.mark.skipif(bool(SLOW), reason="embree alone has an order of search")
+def test_hits_near_an_edge_are_told_from_others():
+    """A floor of two triangles: their diagonal, its rim, and what is a hair beside them."""
+    tracer, off = Tracer(*soup((floor(z=0.0, side=2.0),))), np.array([0, 1e-8, 1e-5, 0.3])
+    up = np.full(len(off), 2.0)
+    for origins in (
+        np.stack([off - 0.25, -off - 0.25, up], 1),  # the diagonal, from one corner to the other
+        np.stack([1 - off, off / 3 + 0.1, up], 1),
+    ):
+        triangle, distance, doubtful = tracer.hits(origins, np.tile([0, 0, -1.0], (len(off), 1)))
+        met = triangle != MISS
+        np.testing.assert_array_equal(triangle, tracer.first(origins, np.tile([0, 0, -1.0], (len(off), 1))))
+        np.testing.assert_allclose(distance[met], 2.0, rtol=1e-6)
+        assert (doubtful[:2] | ~met[:2]).all() and met[2:].all() and not doubtful[2:].any()
+    triangle, distance, doubtful = tracer.hits(np.array([[5.0, 0, 2]]), np.array([[0, 0, -1.0]]))
+    assert triangle[0] == MISS and np.isinf(distance[0]) and not doubtful[0]

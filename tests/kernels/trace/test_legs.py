@@ -13,6 +13,7 @@ from dapple.kernels.scene import Occluder
 from dapple.kernels.trace.arrivals import Arrivals
 from dapple.kernels.trace.follow import Follower, Rays
 from dapple.kernels.trace.legs import Legs
+from dapple.kernels.trace.meeting import Meeting
 from dapple.kernels.trace.surfaces import Surfaces
 
 TABLE = floor(4.0, 0.0)
@@ -130,3 +131,31 @@ def test_many_things_are_left_to_the_ray_library():
     balls = [ball((x, y, 1), 0.2, 16) for x in range(3) for y in range(3)]
     assert not Surfaces(scene(*balls, receivers=(TABLE,)), np.ones(3)).legs.known
     assert not Surfaces(scene(receivers=(TABLE,), over=no_water()), np.ones(3)).legs.known
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_hits_are_what_first_finds_and_as_far_away(name):
+    surfaces = Surfaces(SCENES[name], np.ones(3))
+    rng = np.random.default_rng(5)
+    origin = np.stack([rng.uniform(-0.7, 2.0, 2000), rng.uniform(-0.5, 0.5, 2000), np.full(2000, 3.0)])
+    rays = Rays.of(origin, np.tile([[0.1], [0.05], [-1.0]], 2000) / np.linalg.norm([0.1, 0.05, 1]), 1)
+    checked = 0
+    for _ in range(3):
+        end, distance, doubtful = surfaces.hits(rays)
+        np.testing.assert_array_equal(end, surfaces.first(rays))
+        expected = surfaces.distance(rays.origin, rays.direction, end)
+        off = np.abs(distance - expected)[end >= 0]
+        assert (off > 5e-5).sum() <= 0.05 * len(off) and off.max(initial=0) < 0.01, "but for what grazes facets"
+        assert np.isinf(distance[end < 0]).all() and doubtful.sum() < 40
+        at = np.flatnonzero(end >= surfaces.solid)
+        checked += len(at)
+        rays = Meeting(surfaces, rays, at, end[at]).leave()
+    assert checked > 300
+
+
+def test_what_marks_a_mesh_changes_as_another_comes_into_its_box():
+    def mark(x):
+        other = ball((x, 0, 1.2), 0.1, 16)
+        return Surfaces(scene(ball((0, 0, 1)), other, receivers=(TABLE,)), np.ones(3)).legs.mark(1)
+
+    assert mark(1.5) == mark(1.4) != mark(0.45) and mark(1.5) == [-2, 2]
