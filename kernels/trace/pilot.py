@@ -16,7 +16,7 @@ from .codes import MOST
 
 ALONG = 2  # points along the side of a cell
 PILOT, POINTS, BEAMS = 0, 1, 2
-_ROUGH = 5  # of eight cells: so many around a cell are to be mixed
+_ROUGH = 6  # of eight cells: so many around a cell are to be mixed
 _SIDES = np.array([3, 4, 6, 8, 12, 16, 24, 32, 48, 64])  # points along the side of a cell: few steps seldom change
 _HALVINGS = 40
 
