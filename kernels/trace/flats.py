@@ -9,7 +9,6 @@ from __future__ import annotations
 import numpy as np
 
 from ..halfedges import build_twins
-from ..optics import dot
 from ..rays import MISS
 from ..scene import Receiver
 
@@ -23,21 +22,21 @@ class Flats:
     it of its outline's sides, unit normals and offsets, which look inwards."""
 
     def __init__(self, parts):
-        self._parts = parts
+        self._planes = np.array([rows[0] for _, rows in parts]).reshape(-1, 4)
+        self._parts = [(triangle, rows[1:, :3].copy(), rows[1:, 3:].copy()) for triangle, rows in parts]
 
     def first(self, origin, direction):
         """The triangle (k,) that rays (3,k) would meet first if there were only flat parts, MISS for none, and how far
         it is (k,)."""
         end, far = np.full(origin.shape[1], MISS, np.int32), np.full(origin.shape[1], np.inf)
+        normals, offsets = self._planes[:, :3], self._planes[:, 3:]
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # rays along a plane
-            for triangle, rows in self._parts:
-                distance = _height(rows[0], origin)
-                distance /= -dot(rows[0], direction)
+            distances = (normals @ origin + offsets) / -(normals @ direction)
+            for distance, (triangle, across, held) in zip(distances, self._parts, strict=True):
                 met = (distance > 0) & (distance < far)
                 point = distance * direction
                 point += origin
-                for row in rows[1:]:
-                    met &= _height(row, point) >= 0
+                met &= (across @ point + held >= 0).all(0)
                 np.copyto(far, distance, where=met)
                 np.copyto(end, triangle, where=met)
         return end, far
@@ -101,10 +100,3 @@ def _one_map(receiver, own, largest):
     weights = np.linalg.lstsq(edges, (v[own] - v[largest, 0]).reshape(-1, 3).T, rcond=None)[0].T
     image = uv[largest, 0] + weights @ (uv[largest, 1:] - uv[largest, 0])
     return bool((np.abs(image - uv[own].reshape(-1, 2)) <= _OFF).all())
-
-
-def _height(row, point):
-    """Heights (k,) of points (3,k) over a plane (4,)."""
-    height = dot(row, point)
-    height += row[3]
-    return height
