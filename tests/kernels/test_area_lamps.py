@@ -320,7 +320,7 @@ def test_what_meets_a_ball_is_what_the_lamp_sends_there():
     for light, share in ((down, 1.0), (replace(down, half_axes=down.half_axes[::-1]), 0.0)):
         glass = ball(0.4, fine=96)
         scene = Scene(no_water(), (floor(side=1.0, z=-1.0),), (), (light,), casters=(glass,))
-        work = bake(scene, 16, tolerance=0.1).diagnostics
+        work = bake(scene, 32, tolerance=1e-2).diagnostics
         assert work.flux_in[0] == pytest.approx(share * np.pi * light.intensity[0] * (0.4 / 4.0) ** 2, rel=5e-3)
 
 
