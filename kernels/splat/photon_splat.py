@@ -18,7 +18,8 @@ from ..area_lamps import among, lamp_of
 from ..scene import Diagnostics
 from ..solution import answer, book, check_texels
 from ..status import Status
-from ..trace.cast import left_out, over_casters
+from ..trace.cast import over_casters
+from ..trace.left_out import left_out
 from .halves import until_good
 from .surroundings import Surroundings
 from .ways import AGAIN, Lit

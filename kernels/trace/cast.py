@@ -10,7 +10,7 @@ from functools import partial
 
 import numpy as np
 
-from ..area_lamps import among, lamp_of
+from ..area_lamps import among
 from ..maps.texels import gather_all
 from ..rays import MISS
 from ..scene import Sun
@@ -25,8 +25,8 @@ from .kept_light import Followed, without_power
 from .part import Near, Part, sizes
 from .picks import chosen, pick
 from .spread import SIGHT, Spread
-from .strays import Strays, odd
-from .sun_disc import DiscCast, blur_of, directions
+from .strays import Strays
+from .sun_disc import DiscCast, directions
 from .surfaces import Surfaces
 from .volume import Box
 from .ways import Ways
@@ -35,10 +35,6 @@ CAUSES = {MISS: "missed", BEYOND: LOST[_BEYOND], FAINT: "faint", CULLED: "culled
 _LOST = (*dict.fromkeys(CAUSES.values()), "absorbed", LOST[BACK])
 _WITHIN = 0.99  # of what is seen at a glance: the cells of the entry
 _FAINT = 1e-2  # of the tolerance, about: branches that carry less of a photon are not followed
-
-
-# Of a disc a texel wide, left out: squared error over the mean square, seen at the focus of a ball on texels' borders.
-_AT_A_FOCUS = 1e-2
 
 
 def over_casters(scene, texels, settings, kept=None):
@@ -70,28 +66,6 @@ def over_casters(scene, texels, settings, kept=None):
         if kept is not None:
             casts[-1].keep = partial(kept.of, scene, light, lit, texels, settings)
     return casts
-
-
-def left_out(scene, texels, settings, work, casts):
-    """Sentences (a list of str) on what the light of a Scene over its casters does not contain, by its books and those
-    of its casts."""
-    if not scene.casters:
-        return []
-    sentences = []
-    for light in scene.lights:
-        found = [directions(scene, light, Part(own).of(texels), settings.tolerance) for own in sizes(texels)]
-        count, enough = max(found, key=lambda pair: pair[1])
-        if count < enough:
-            of = "directions within the disc" if isinstance(light, Sun) else "points"
-            sentences.append(f"what is between {among(light) * count} {of} of '{lamp_of(light)}', over casters")
-        elif count == 1 and isinstance(light, Sun) and light.angle > 0:
-            wide = max(blur_of(scene, light, Part(own).of(texels)) for own in sizes(texels))
-            if wide**2 * _AT_A_FOCUS > settings.tolerance:
-                sentences.append(f"the disc of '{light.name}' over casters, {wide:.1f} texels wide")
-    part = np.sum(work.flux_lost.get(LOST[_BEYOND], 0.0)) / max(work.flux_in.sum(), np.finfo(float).tiny)
-    if part > settings.tolerance:
-        sentences.append(f"light that meets more than {settings.bounces} surfaces (bounces): {part:.1%} of all")
-    return [*dict.fromkeys(sentences), *odd(scene, [cast.strays for cast in casts])]
 
 
 def _faint(tolerance):
