@@ -13,7 +13,6 @@ from .flat.level import Level
 from .plan.choice import Plan
 from .surface.reconstruct import Reconstruction
 from .surface.smoothing import Smoothing
-from .trace.kept_light import KeptLight
 
 
 @dataclass(frozen=True)
@@ -31,7 +30,8 @@ class Kept:
     same without it, bit for bit."""
 
     def __init__(self, anchor=None):
-        from .flat.known import KnownStill  # it loads rays, which those that only hand anchors on do without
+        from .flat.known import KnownStill  # these two load rays, which those that only hand anchors on do without
+        from .trace.kept_light import KeptLight
 
         self.anchor = anchor or Anchor()
         self.reconstruction = Reconstruction(self.anchor.smoothing)
@@ -40,4 +40,4 @@ class Kept:
 
     def forget_light(self):
         """Keep no light of the frames before: what is solved next costs what a frame does in which all lamps move."""
-        self.light = KeptLight()
+        self.light = type(self.light)()

@@ -69,6 +69,7 @@ def solve(scene, texels, settings, kept=None):
         return sheets.unpack(solve(sheets.scene, sheets.texels, settings, kept))
     if settings.tile:
         return tile.solve(lambda *wide: solve(*wide, kept), scene, texels, replace(settings, tile=False))
+    light = None if kept is None else kept.light  # a frame that stands alone keeps its light for none
     kept, start, plan = kept or Kept(), time.perf_counter(), None
     scene, texels, settings, sentences = _ready(scene, texels, settings)
     if _plans(settings):
@@ -80,7 +81,7 @@ def solve(scene, texels, settings, kept=None):
     surface = Surface.of(scene, texels, settings, kept.reconstruction, plan, _AS_IT_IS.get(method))
     scene, settings = surface.scene, surface.settings
     seconds["surface"] = time.perf_counter() - start
-    answer = solve_channels(_by(method, kept), scene, texels, settings)
+    answer = solve_channels(_by(method, kept.still, light), scene, texels, settings)
     work = answer.diagnostics
     work.surface, work.slow_rays, work.seconds = surface.sentence, SLOW, {**seconds, **work.seconds}
     work.estimated_error = surface.estimate(answer)
@@ -93,9 +94,9 @@ def solve(scene, texels, settings, kept=None):
     return _as_cycles(answer, scene, settings)
 
 
-def _by(method, kept):
-    """What solves by a method, with what is Kept of other frames."""
-    own = {"flat": kept.still.solve, AUTO: partial(photon_splat.solve, kept=kept.light)}
+def _by(method, still, light):
+    """What solves by a method, with the KnownStill and the KeptLight, or None, of other frames."""
+    own = {"flat": still.solve, AUTO: partial(photon_splat.solve, kept=light)}
     return own.get(method, METHODS[method])
 
 

@@ -37,6 +37,7 @@ def test_glass_whose_shadow_is_off_casts_all_the_same(scene):
         ball(name, *materials).visible_shadow = False
     made = bpy.data.objects["Ball"].data
     made.polygons.foreach_set("material_index", [k % 2 for k in range(len(made.polygons))])
+    made.update()
     found, warnings = read()
     assert [c.name for c in found.casters] == ["Ball"] and len(found.casters[0].triangles) == 16 * 14 / 2
     assert found.occluders == () and [w for w in warnings if "closed" not in w] == []
