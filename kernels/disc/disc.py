@@ -144,6 +144,15 @@ def _rest(axes, count):
     return errors.sum() / max(len(axes), 1) + _MEAN_ERROR
 
 
+def rings_within(sun, count):
+    """Suns of no width, `count` of them, a multiple of four, that stand for the disc of a Sun: fours on rings round its
+    middle, with the disc's centre, its second moments, and no moments of odd order."""
+    many = count // 4
+    turn = 2 * np.pi * (np.arange(many)[:, None] * _GOLDEN + np.arange(4)) / 4
+    ring = np.sqrt((np.arange(many)[:, None] + 0.5) / many)
+    return _narrow(sun, np.stack([ring * np.cos(turn), ring * np.sin(turn)], 2).reshape(-1, 2))
+
+
 def within_disc(light, count, rng):
     """Lights of no width, `count` of them, whose directions are stratified over the disc of a Sun, or whose places are
     over a Piece."""
@@ -155,7 +164,11 @@ def within_disc(light, count, rng):
             places = np.sqrt(3) * (np.stack([along, turn / (2 * np.pi) % 1], 1) - 0.5)
         none = np.zeros_like(light.half_axes)
         return [replace(light, position=place, half_axes=none) for place in light.position + places @ light.half_axes]
-    sun = light
+    return _narrow(light, places)
+
+
+def _narrow(sun, places):
+    """Suns of no width at places (n,2) of a Sun's disc, whose radius is 1."""
     directions = sun.direction + np.tan(sun.angle / 2) * places @ sun_frame(sun.direction)[:2]
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     return [replace(sun, direction=direction, angle=0.0) for direction in directions]

@@ -9,10 +9,7 @@ from ..scene import Sun
 from ..splat.lander import BEYOND, LOST
 from .part import Part, sizes
 from .strays import odd
-from .sun_disc import blur_of, directions
-
-# Of a disc a texel wide, left out: squared error over the mean square, seen at the focus of a ball on texels' borders.
-_AT_A_FOCUS = 1e-2
+from .sun_disc import directions
 
 
 def left_out(scene, texels, settings, work, casts):
@@ -27,10 +24,6 @@ def left_out(scene, texels, settings, work, casts):
         if count < enough:
             of = "directions within the disc" if isinstance(light, Sun) else "points"
             sentences.append(f"what is between {among(light) * count} {of} of '{lamp_of(light)}', over casters")
-        elif count == 1 and isinstance(light, Sun) and light.angle > 0:
-            wide = max(blur_of(scene, light, Part(own).of(texels)) for own in sizes(texels))
-            if wide**2 * _AT_A_FOCUS > settings.tolerance:
-                sentences.append(f"the disc of '{light.name}' over casters, {wide:.1f} texels wide")
     part = np.sum(work.flux_lost.get(LOST[BEYOND], 0.0)) / max(work.flux_in.sum(), np.finfo(float).tiny)
     if part > settings.tolerance:
         sentences.append(f"light that meets more than {settings.bounces} surfaces (bounces): {part:.1%} of all")

@@ -1,12 +1,16 @@
 """The sun's disc over casters, against the closed form of a mirror's blurred edge."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from casters import SILVER, no_water, slab
-from waves import quad
+from casters import SILVER, ball, no_water, slab
+from waves import floor, quad, sun
 
+from dapple.kernels.disc.disc import rings_within, within_disc
 from dapple.kernels.maps.texels import rasterise
 from dapple.kernels.methods import solve
+from dapple.kernels.optics import sun_frame
 from dapple.kernels.scene import Scene, Settings, Sun
 from dapple.kernels.trace.sun_disc import directions
 
@@ -41,3 +45,33 @@ def test_as_many_directions_as_can_be_seen():
     assert directions(lit, scene(0.001).lights[0], [few], 1e-2) == (1, 1)
     used, enough = directions(lit, lit.lights[0], [many], 1e-2)
     assert used == 16 and enough > 16
+    thin, tolerances = scene(0.01), (0.1, 1e-2, 1e-3)
+    counts = [directions(thin, thin.lights[0], [many], tolerance)[0] for tolerance in tolerances]
+    assert counts[0] == 1 and counts == sorted(counts) and counts[1] % 4 == counts[2] % 4 == 0
+
+
+def test_fours_have_the_moments_of_the_disc():
+    light = Sun("Sun", np.array([0.6, 0.0, -0.8]), np.ones(3), 0.02)
+    frame = sun_frame(light.direction)
+    for count in (4, 8, 16):
+        at = np.array([one.direction for one in rings_within(light, count)]) @ frame.T
+        at = at[:, :2] / np.abs(at[:, 2:]) / np.tan(0.01)
+        np.testing.assert_allclose(at.mean(0), 0, atol=1e-12)
+        np.testing.assert_allclose(at.T @ at / count, np.eye(2) / 4, atol=1e-12)
+        np.testing.assert_allclose((at**3).mean(0), 0, atol=1e-12)
+
+
+def test_fours_make_a_focus_as_soft_as_many_suns_do():
+    light = replace(sun((0.3, 0.2, -1)), angle=0.1)
+    lit = Scene(no_water(), (floor(side=0.8),), (), (light,), casters=(ball(0.2, (0, 0, 0.3), fine=48),))
+    own = [rasterise(lit.receivers[0], 24)]
+    settings = Settings(resolution=24, tolerance=1e-2)
+    suns = within_disc(light, 60, np.random.default_rng(3))
+    suns = tuple(replace(one, name=str(k), irradiance=one.irradiance / 60) for k, one in enumerate(suns))
+    expected = solve(replace(lit, lights=suns), own, settings).images[0]
+
+    def error(light):
+        found = solve(replace(lit, lights=(light,)), own, settings).images[0]
+        return ((found - expected) ** 2).sum() / (expected**2).sum()
+
+    assert error(light) < 1e-2 < error(replace(light, angle=0.0))
