@@ -20,7 +20,7 @@ from .plan.words import reason, told
 from .rays import SLOW
 from .scene import SURFACES, Point
 from .sound_scene import check_scene, check_settings
-from .sound_water import sound_water
+from .sound_water import sound_normals, sound_water
 from .splat import photon_splat
 from .sun_map import sun_map
 from .surface.reconstruct import prepared
@@ -110,8 +110,10 @@ def _ready(scene, texels, settings):
     scene, settings = left_in(scene, settings)
     check_scene(scene)
     water, sentences = sound_water(scene.water)
-    scene, of_lamps = cut(replace(scene, water=water), texels, settings.tolerance)
-    return *_near_origin(scene, texels), settings, sentences + of_lamps
+    found = [sound_normals(caster, f"'{caster.name}'") for caster in scene.casters]
+    scene = replace(scene, water=water, casters=tuple(caster for caster, _ in found))
+    scene, of_lamps = cut(scene, texels, settings.tolerance)
+    return *_near_origin(scene, texels), settings, sentences + [said for _, own in found for said in own] + of_lamps
 
 
 def _plans(settings):

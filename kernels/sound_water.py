@@ -1,4 +1,5 @@
-"""Water as solvers may trust it: numbers that are numbers, every normal a direction, no triangle twice.
+"""Water as solvers may trust it: numbers that are numbers, every normal a direction, no triangle twice. And the normals
+of what else bends light.
 
 What simulations, modifiers and caches hand over is not always so. What can be mended is mended, and said.
 """
@@ -29,12 +30,8 @@ def sound_water(water):
     spurious = np.concatenate([repeats, _pointless(water)])
     if len(spurious):
         water = _without(water, spurious)
-    squared = np.einsum("nk,nk->n", water.normals, water.normals)
-    without = np.flatnonzero(~((squared > np.finfo(float).tiny) & (squared < np.inf)))
-    without = without[np.isin(without, water.normal_triangles)] if len(without) else without
-    if len(without):
-        sentences.append(f"{len(without)} normals of the water that are zero or no numbers: the facets' stand in")
-        water = replace(water, normals=_with_facets_normals(water, without))
+    water, said = sound_normals(water, "the water")
+    sentences += said
     edges = _turns(water)
     if edges:
         sentences.append(
@@ -42,6 +39,19 @@ def sound_water(water):
             "face away from the sun take none"
         )
     return water, sentences
+
+
+def sound_normals(mesh, of):
+    """The Water or Caster with normals of the facets round them in place of those that are zero or no numbers, and a
+    sentence on that (a list of one str, or none)."""
+    with np.errstate(over="ignore"):
+        squared = np.einsum("nk,nk->n", mesh.normals, mesh.normals)
+    without = np.flatnonzero(~((squared > np.finfo(float).tiny) & (squared < np.inf)))
+    without = without[np.isin(without, mesh.normal_triangles)] if len(without) else without
+    if not len(without):
+        return mesh, []
+    sentence = f"{len(without)} normals of {of} that are zero or no numbers: the facets' stand in"
+    return replace(mesh, normals=_with_facets_normals(mesh, without)), [sentence]
 
 
 def _without(water, spurious):

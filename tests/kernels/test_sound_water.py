@@ -4,10 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from waves import five_sines, mesh_water, water
+from casters import ball, no_water
+from waves import five_sines, floor, mesh_water, sun, water
 
 from dapple.kernels.halfedges import build_twins
-from dapple.kernels.scene import Water
+from dapple.kernels.maps.texels import rasterise
+from dapple.kernels.methods import solve
+from dapple.kernels.scene import Scene, Settings, Water
 from dapple.kernels.sound_water import sound_water
 
 
@@ -103,3 +106,19 @@ def test_winding_that_turns_round_is_said_only_where_normals_follow_it(waves):
     follows = Water("Patch", waves.positions, triangles, facets, rows, build_twins(triangles))
     (sentence,) = sound_water(follows)[1]
     assert "wound against their neighbours, along 12 edges" in sentence
+
+
+def test_normals_of_glass_that_are_no_numbers_become_those_of_its_facets():
+    """As a deformed mesh may have them; light through them would have no number either."""
+    lit = Scene(no_water(), (floor(side=1.0),), (), (sun((0.3, 0.2, -1)),), casters=(ball(0.2, (0, 0, 0.3), fine=24),))
+    own = [rasterise(lit.receivers[0], 24)]
+    settings = Settings("photon_splat", resolution=24)
+    broken = lit.casters[0].normals.copy()
+    broken[:3] = [np.inf, 0, 0], [np.nan, 0, 1], [0, 0, 0]
+    found, expected = (
+        solve(replace(lit, casters=(replace(lit.casters[0], normals=normals),)), own, settings)
+        for normals in (broken, lit.casters[0].normals)
+    )
+    assert "3 normals of 'Ball' that are zero or no numbers: the facets' stand in" in found.diagnostics.left_out
+    assert found.diagnostics.flux_in == pytest.approx(expected.diagnostics.flux_in, rel=1e-2)
+    np.testing.assert_allclose(found.images[0].mean(), expected.images[0].mean(), rtol=1e-2)
